@@ -1,5 +1,5 @@
 //! A simulated robot as the source of a [`Session`], in one deterministic loop; and what only a
-//! simulation knows: the truth, and with it how large the errors are.
+//! simulation knows: the truth, and so the errors.
 //!
 //! ```text
 //!   Simulation ── odometry, scans ──> Session ── command ──> Simulation
@@ -42,18 +42,17 @@ pub use link::{Link, LinkError, Place};
 
 /// Simulated time of one step, s: how often the pilot decides.
 pub const CONTROL_PERIOD: f64 = 0.05;
-/// Control periods that one stage of the cycle, or scans of a standing robot, may take: ten
-/// minutes.
+/// Most control periods for one stage of the cycle, or for scans of a standing robot: ten minutes.
 const MOST_PERIODS: usize = 12_000;
-/// Readings that are kept for a log: 40 MB, three quarters of an hour of a lidar with 360 beams at
-/// 10 Hz.
+/// Most readings that are kept for a log: 40 MB, three quarters of an hour of a lidar with 360
+/// beams at 10 Hz.
 const MOST_LOGGED: usize = 10_000_000;
-/// Odometry readings in one step. A turning sensor is de-skewed by them, so they come faster than
+/// Odometry readings per step. They de-skew the scans of a turning sensor, so they come faster than
 /// decisions.
 const READINGS: u32 = 5;
 
-/// Cells among which a place for a kidnapped robot is drawn, m; and how often, where people stand
-/// in the way.
+/// Side of the cells among which a place for a kidnapped robot is drawn, m; and how often to try,
+/// if people stand in the way.
 const KIDNAP_CELL: f64 = 0.1;
 const KIDNAP_TRIES: usize = 100;
 
@@ -61,37 +60,37 @@ const KIDNAP_TRIES: usize = 100;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExperimentError {
-    /// The world or the robot in it.
+    /// The world, or the robot in it, cannot be used.
     #[error(transparent)]
     Sim(#[from] SimError),
-    /// A setting of the estimation.
+    /// A setting of the estimation is out of range.
     #[error(transparent)]
     Slam(#[from] SlamError),
 }
 
-/// A simulated robot that maps, finds itself, plans and drives.
+/// A simulated robot that maps, localises itself, plans and drives.
 #[derive(Debug)]
 pub struct Experiment {
-    /// What it began with.
+    /// Its initial configuration.
     start: ExperimentConfig,
     sim: Simulation,
     session: Session,
     map_from_world: Pose2,
     record: Record,
     refinding: Refinding,
-    /// Whether the pilot has decided on the period that comes next.
+    /// Whether the pilot has already decided on the next period.
     has_decided: bool,
     /// Scans with the odometry at which they were taken, as long as there is room.
     log: CarmenLog,
-    /// Numbers of its own: a kidnapping must not change the noise of the sensors.
+    /// A random stream of its own: a kidnapping must not change the noise of the sensors.
     kidnapper: ChaCha8Rng,
     actions: Actions,
 }
 
 impl Experiment {
-    /// Puts the robot at the start of its world. The map's frame begins there.
+    /// Puts the robot at the start of its world, which becomes the origin of the map frame.
     ///
-    /// # Errors    [`ExperimentError`] naming what cannot be.
+    /// # Errors    [`ExperimentError`], naming what cannot be used.
     pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
         let start = config.clone();
         let map_from_world = config.world.start.inverse();
@@ -110,7 +109,7 @@ impl Experiment {
             scans_on_command: sim.scans_on_command(),
             is_driven: true,
             method: config.method,
-            // The pilot draws its own numbers: what it decides must not change the noise of the
+            // The pilot draws from its own stream: what it decides must not change the noise of the
             // sensors.
             seed: config.seed ^ 0x9E37_79B9_7F4A_7C15,
             slam,
@@ -132,8 +131,8 @@ impl Experiment {
         })
     }
 
-    /// One control period: the pilot decides, the robot moves, odometry and scans are taken in.
-    /// Tells whether a scan was.
+    /// One control period: the pilot decides, the robot moves, odometry and scans are processed.
+    /// Returns whether there was a scan.
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
     /// produce one.
@@ -142,8 +141,8 @@ impl Experiment {
         self.advance()
     }
 
-    /// The first half of a step: the pilot looks at the map and tells the robot what to do. Does
-    /// nothing where it has decided already, as [`Self::next_stage`] may leave it.
+    /// The first half of a step: the pilot looks at the map and commands the robot. Does nothing if
+    /// it has already decided, as it may have after [`Self::next_stage`].
     pub fn decide(&mut self) {
         self.session.show_all_stages();
         self.steer();
@@ -160,8 +159,8 @@ impl Experiment {
         }
     }
 
-    /// The second half of a step: the robot moves, odometry and scans are taken in. Tells whether a
-    /// scan was.
+    /// The second half of a step: the robot moves, odometry and scans are processed. Returns
+    /// whether there was a scan.
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
     /// produce one.
@@ -181,8 +180,8 @@ impl Experiment {
         Ok(has_scanned)
     }
 
-    /// One reading of the odometry, and what the sensors measured meanwhile. Tells whether it was a
-    /// scan.
+    /// One reading of the odometry, and what the sensors measured meanwhile. Returns whether that
+    /// included a scan.
     fn read(&mut self) -> Result<bool, SlamError> {
         self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));
         self.session.odometry(&self.sim.odometry())?;
@@ -214,10 +213,10 @@ impl Experiment {
         Ok(true)
     }
 
-    /// Goes on to the next stage of the cycle that was not shown yet, and tells which it is; `None`
-    /// where the errand is over or there is none. It steps through the record of the stages; the
-    /// run itself goes on, to the next decision, only where that is used up, so that its bits are
-    /// those of [`Self::step`].
+    /// Goes on to the next stage of the cycle that was not shown yet, and returns it; `None` if the
+    /// task is over or there is none. It steps through the record of the stages. The run itself
+    /// only goes on, to the next decision, once that record is used up, so its bits are those of
+    /// [`Self::step`].
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
     /// produce one.
@@ -237,9 +236,9 @@ impl Experiment {
         Ok(None)
     }
 
-    /// Other settings from here on; see [`Session::reconfigure`].
+    /// Applies other settings from here on; see [`Session::reconfigure`].
     ///
-    /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
+    /// # Errors    [`SlamError`] naming the first setting out of range; the old ones then stay.
     pub fn reconfigure(&mut self, settings: &Settings) -> Result<(), SlamError> {
         self.session.reconfigure(settings)?;
         let action = Action::Configure(Box::new(settings.clone()));
@@ -247,9 +246,9 @@ impl Experiment {
         Ok(())
     }
 
-    /// `count` scans of a robot that is just like this one and stands where it stands, for
-    /// [`crate::points::estimate_sigma`]; fewer where they would take more than ten minutes. The
-    /// run itself is not affected.
+    /// `count` scans of a robot just like this one, at the same place, for
+    /// [`crate::points::estimate_sigma`]; fewer if they would take more than ten minutes. The run
+    /// itself is not affected.
     #[must_use]
     pub fn standing_scans(&self, count: usize) -> Vec<Scan> {
         let mut sim = self.sim.clone();
@@ -262,8 +261,8 @@ impl Experiment {
             }
             sim.advance(CONTROL_PERIOD);
             let came = sim.take_scan();
-            // What was seen before it stood, and during the sweep in which it came to stand, does
-            // not count.
+            // Scans from before it stood, and from the sweep in which it came to a stop, do not
+            // count.
             if stands {
                 scans.extend(came);
             } else {
@@ -276,8 +275,8 @@ impl Experiment {
         scans
     }
 
-    /// Has the robot drive by the cycle, or as continuously as its sensor allows; what it was doing
-    /// starts again.
+    /// Makes the robot drive by the cycle, or as continuously as its sensor allows; its task starts
+    /// again.
     pub fn set_cycle(&mut self, cycle: bool) {
         self.sim.set_on_command(cycle);
         self.session
@@ -285,13 +284,13 @@ impl Experiment {
         self.actions.note(self.has_decided, Action::SetCycle(cycle));
     }
 
-    /// Gives the robot something else to do.
+    /// Gives the robot another task.
     pub fn set_mode(&mut self, mode: Mode) {
         self.session.set_mode(mode);
         self.actions.note(self.has_decided, Action::SetMode(mode));
     }
 
-    /// Drives by hand with these speeds, m/s and rad/s, until commanded otherwise.
+    /// Drives by hand at these speeds, m/s and rad/s, until commanded otherwise.
     pub fn drive(&mut self, forward: f64, turn: f64) {
         self.session.drive(forward, turn);
         let action = Action::Drive([forward, turn]);
@@ -303,15 +302,16 @@ impl Experiment {
         self.session.draw_dead_reckoned();
     }
 
-    /// A twin with this calibration runs beside the robot from here on, or no longer.
+    /// Runs a twin with this calibration beside the robot from here on, or no twin.
     pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
         self.session.set_twin(calibration);
     }
 
-    /// Carries the robot elsewhere: to a pose in the world's frame, or to a free place that the
-    /// seed draws. It does not notice, nor does anything that it knows change.
+    /// Carries the robot elsewhere: to a pose in the world frame, or to a free place drawn from the
+    /// seed. It does not notice, and nothing that it knows changes.
     ///
-    /// # Errors    [`Blocked`]: something stands at the pose; of a drawn place, people everywhere.
+    /// # Errors    [`Blocked`]: something stands at the pose; for a drawn place, people stand
+    /// everywhere.
     pub fn kidnap(&mut self, world_from_robot: Option<&Pose2>) -> Result<(), Blocked> {
         match world_from_robot {
             Some(pose) => {
@@ -319,7 +319,7 @@ impl Experiment {
                 self.sim.kidnap(pose)
             }
             None => {
-                // Refused or not, it took numbers of the seed.
+                // Refused or not, it used random numbers of the seed.
                 self.actions.note(self.has_decided, Action::Kidnap);
                 self.kidnap_anywhere()
             }
@@ -355,7 +355,7 @@ impl Experiment {
         Ok(())
     }
 
-    /// Stops the robot at once; what it was doing is forgotten.
+    /// Stops the robot at once and drops its task.
     pub fn stop(&mut self) {
         self.session.stop();
         self.sim.command(Command::Stop);
@@ -368,29 +368,29 @@ impl Experiment {
         &self.sim
     }
 
-    /// Goes on in a saved map, before the first scan.
+    /// Continues in a saved map, before the first scan.
     ///
-    /// # Errors    [`SlamError`]; then all stays as it was.
+    /// # Errors    [`SlamError`]; then nothing changes.
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
         self.actions.note_untold("it went on in a saved map");
         self.session.go_on_in(saved)
     }
 
-    /// Changes the map by hand; see [`crate::slam::Slam::edit`].
+    /// Edits the map by hand; see [`crate::slam::Slam::edit`].
     ///
-    /// # Errors    [`SlamError`]; then it stays as it was.
+    /// # Errors    [`SlamError`]; then the map stays as it was.
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
         self.actions.note_untold("the map was changed by hand");
         self.session.edit(kind, corners)
     }
 
-    /// Takes back the last change that was made by hand; `false` where there is none.
+    /// Undoes the last edit by hand; `false` if there is none.
     pub fn undo_edit(&mut self) -> bool {
         self.actions.fork();
         self.session.undo_edit()
     }
 
-    /// Takes a submap out of the map; see [`crate::slam::Slam::remove_submap`].
+    /// Removes a submap from the map; see [`crate::slam::Slam::remove_submap`].
     ///
     /// # Errors    [`SlamError`]; then the map stays as it was.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
@@ -398,34 +398,34 @@ impl Experiment {
         self.session.remove_submap(submap)
     }
 
-    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
-    /// none that can come back.
+    /// Puts back the submap that was removed last, and returns its number; `None` if there is none
+    /// that can come back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.actions.fork();
         self.session.undo_removal()
     }
 
-    /// What it believes and intends.
+    /// What the robot believes and intends.
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// What was recorded so far.
+    /// The samples recorded so far.
     #[must_use]
     pub fn record(&self) -> &Record {
         &self.record
     }
 
-    /// How well landmarks were found again so far, gate by gate; nothing counted with methods that
-    /// have none.
+    /// How well landmarks were found again so far, gate by gate; nothing is counted with methods
+    /// that have no landmarks.
     #[must_use]
     pub fn refinding(&self) -> &RefindingCurve {
         self.refinding.curve()
     }
 
     /// The scans so far with the odometry at which they were taken: what an estimator needs,
-    /// without the truth. Of a run that is very long the first ten million readings.
+    /// without the truth. In a very long run, only the first ten million readings.
     #[must_use]
     pub fn log(&self) -> &CarmenLog {
         &self.log
@@ -443,7 +443,7 @@ impl Experiment {
         self.map_from_world * self.sim.truth()
     }
 
-    /// The motion that takes the world's frame to the map's.
+    /// The transform from the world frame to the map frame.
     #[must_use]
     pub fn map_from_world(&self) -> Pose2 {
         self.map_from_world
@@ -464,7 +464,7 @@ impl Experiment {
     }
 }
 
-/// Motors under control stand within a small fraction of a millimetre, not to the bit.
+/// Controlled motors come to a stop within a small fraction of a millimetre, not to the bit.
 fn is_slow((forward, turn): (f64, f64)) -> bool {
     forward.abs() < 1e-3 && turn.abs() < 1e-3
 }

@@ -1,18 +1,18 @@
-//! A robot behind a bridge as the source of a [`Session`]: what robot and sensors say feeds it, and
-//! what it decides goes back.
+//! A robot behind a bridge as the source of a [`Session`]: the readings of robot and sensors feed
+//! it, and its decisions go back.
 //!
 //! ```text
 //!   bridge ── messages ──> Client ── odometry, scans ──> Timeline ──> Session ──┐
 //!          <── messages ──        <─────────────── commands ───────────────────┘
 //! ```
 //!
-//! 1. The bridge's hello names the robot; estimate and map begin with it. A robot in a new
-//!    connection goes on in the old map.
-//! 2. [`Live::receive`] takes a message, [`Live::tick`] lets the pilot decide; both say what to
-//!    send by [`Live::take_outgoing`]. Time is µs of the caller's clock.
+//! 1. The bridge's hello names the robot; then estimate and map begin. If the same robot is named
+//!    in a new connection, it continues in the old map.
+//! 2. [`Live::receive`] takes a message, [`Live::tick`] lets the pilot decide; after either,
+//!    [`Live::take_outgoing`] returns what to send. Time is µs of the caller's clock.
 //! 3. The pilot's commands go out only while this client has the lease and the robot is armed.
 //!    Whatever disarms it also ends the pilot's task, and so does asking for the right to drive:
-//!    nothing begins or goes on by itself when the robot is armed.
+//!    when the robot is armed, nothing begins or continues by itself.
 
 mod bridge_map;
 mod homing;
@@ -38,38 +38,38 @@ use crate::wire::timeline::{Reading, Timeline, explain_gap};
 pub use bridge_map::BridgeMap;
 pub use homing::{Homing, HomingConfig};
 
-/// Something for a person to read.
+/// A message for people.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
     /// Its severity.
     pub severity: Severity,
-    /// In a sentence.
+    /// Its text, a sentence.
     pub text: String,
 }
 
-/// What a session with a bridge begins with.
+/// The initial configuration of a session with a bridge.
 #[derive(Clone, Debug)]
 pub struct LiveConfig {
-    /// How others see this client.
+    /// The name that others see.
     pub name: String,
-    /// The right to drive; none to watch.
+    /// The token for the right to drive; `None` to watch.
     pub token: Option<String>,
     /// How the pose is estimated.
     pub method: Method,
-    /// The map that a method finds the robot in ([`Method::needs_prior_map`]), placed by where the
-    /// robot is when the bridge names it; without one the line filter draws its own.
+    /// The map in which a method localises the robot ([`Method::needs_prior_map`]), placed relative
+    /// to where the robot is when the bridge names it; without one, the line filter draws its own.
     pub prior_map: Option<PriorMap>,
-    /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg)
-    /// also where its sensor scans all the time.
+    /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg),
+    /// even if its sensor scans all the time.
     pub cycle: bool,
     /// Settings that differ from the defaults of the robot that the bridge names
     /// ([`Settings::of_robot`]); those of simulated sensors and bodies do not matter.
     pub settings: Vec<(String, f64)>,
-    /// Of the planner's random numbers.
+    /// Seed of the planner's random numbers.
     pub seed: u64,
 }
 
-/// Why a session with a bridge cannot begin, or cannot have other settings.
+/// Why a session with a bridge cannot begin, or cannot use other settings.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LiveError {
@@ -86,27 +86,27 @@ pub enum LiveError {
 pub struct Live {
     config: LiveConfig,
     client: Client,
-    /// The map that it goes on in.
+    /// The saved map in which it continues.
     saved_map: Option<EarlierMap>,
     /// The robot that the bridge named.
     figures: Option<RobotFigures>,
-    /// Begins again with each robot that is named, as all of the readings' past does.
+    /// Restarts with each robot that is named, and so does the history of readings.
     session: Session,
     timeline: Timeline,
     bumpers: Bumpers,
-    /// Standing still was commanded already.
+    /// Whether standing still was already commanded.
     is_halted: bool,
-    /// How often estimate and map began: with the first hello of a bridge, and with one that names
-    /// another robot.
+    /// How often estimate and map have begun: with the first hello of a bridge, and with one that
+    /// names another robot.
     pub begun: u32,
     notes: Vec<Note>,
     /// Robot and sensors, as last reported.
     pub devices: Vec<Device>,
-    /// How the recording goes; none where nothing is recorded.
+    /// State of the recording; `None` if nothing is recorded.
     pub recording: Option<RecordingBody>,
-    /// Volts of the battery; none before the robot reported them.
+    /// Volts of the battery; `None` before the robot reported them.
     pub battery: Option<f32>,
-    /// Readings that this client missed because newer ones came before it took them.
+    /// Readings that this client missed because newer ones arrived first.
     pub dropped: u64,
     /// Clients that are connected to the bridge, this one included.
     pub watchers: u16,
@@ -114,62 +114,62 @@ pub struct Live {
     pub bridge_map: BridgeMap,
     /// End of the newest odometry, on the robot's own clock, µs.
     newest: u64,
-    /// Arm as soon as the lease is granted.
+    /// Whether to arm as soon as the lease is granted.
     wants_to_arm: bool,
 }
 
 impl Live {
-    /// The conversation with the bridge.
+    /// The protocol state of the connection with the bridge.
     #[must_use]
     pub fn client(&self) -> &Client {
         &self.client
     }
 
-    /// What robot and sensors reported so far, and what is intended; of an unknown robot, the
-    /// figures of a Pioneer.
+    /// What robot and sensors have reported so far, and what is intended; if the robot is unknown,
+    /// with the figures of a Pioneer.
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// Goes on in a saved map: now, and with each robot that the bridge names from here on. Where
-    /// robot or method do not allow it, they begin with an empty one.
+    /// Continues in a saved map: now, and with each robot that the bridge names from here on. If
+    /// robot or method do not allow it, they begin with an empty map.
     ///
-    /// # Errors    [`SlamError`]; then all stays as it was.
+    /// # Errors    [`SlamError`]; then nothing changes.
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
         self.session.go_on_in(saved.clone())?;
         self.saved_map = Some(saved);
         Ok(())
     }
 
-    /// Changes the map by hand; see [`crate::slam::Slam::edit`].
+    /// Edits the map by hand; see [`crate::slam::Slam::edit`].
     ///
-    /// # Errors    [`SlamError`]; then it stays as it was.
+    /// # Errors    [`SlamError`]; then the map stays as it was.
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
         self.session.edit(kind, corners)
     }
 
-    /// Takes back the last change that was made by hand; `false` where there is none.
+    /// Undoes the last edit by hand; `false` if there is none.
     pub fn undo_edit(&mut self) -> bool {
         self.session.undo_edit()
     }
 
-    /// Takes a submap out of the map; see [`crate::slam::Slam::remove_submap`].
+    /// Removes a submap from the map; see [`crate::slam::Slam::remove_submap`].
     ///
     /// # Errors    [`SlamError`]; then the map stays as it was.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
         self.session.remove_submap(submap)
     }
 
-    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
-    /// none that can come back.
+    /// Puts back the submap that was removed last, and returns its number; `None` if there is none
+    /// that can come back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.session.undo_removal()
     }
 
-    /// A session that has not heard anything yet.
+    /// A session that has not received anything yet.
     ///
-    /// # Errors    [`LiveError`] naming the first setting that cannot be.
+    /// # Errors    [`LiveError`] naming the first setting that is invalid.
     pub fn new(config: LiveConfig) -> Result<Self, LiveError> {
         let (session, _) = session_for(&config, None)?;
         Ok(Self {
@@ -201,7 +201,7 @@ impl Live {
         self.end_task();
     }
 
-    /// Throws map and pose away, a saved one too, and begins where the robot stands.
+    /// Discards map and pose, including a saved map, and begins where the robot stands.
     pub fn begin_anew(&mut self) {
         self.end_task();
         self.saved_map = None;
@@ -209,7 +209,8 @@ impl Live {
         self.begin_with(figures);
     }
 
-    /// Where the robot is, for others who have its odometry too; `None` before it said anything.
+    /// The pose of the robot, for others who have its odometry too; `None` before its first
+    /// reading.
     #[must_use]
     pub fn pose(&self) -> Option<PoseBody> {
         let state = pose_state::of(self.session.slam());
@@ -217,9 +218,9 @@ impl Live {
         (self.newest > 0).then(|| PoseBody::new(self.newest, &estimate, state))
     }
 
-    /// Takes one binary message of the bridge that came at `now`.
+    /// Takes one binary message of the bridge that arrived at `now`.
     ///
-    /// # Errors    [`ClientError`]: the connection is of no use any more; map and pose are kept.
+    /// # Errors    [`ClientError`]: the connection can no longer be used; map and pose are kept.
     pub fn receive(&mut self, now: u64, bytes: &[u8]) -> Result<(), ClientError> {
         let was_armed = self.client.is_armed();
         let (header, message) = self.client.receive(now, bytes)?;
@@ -276,7 +277,7 @@ impl Live {
         }
     }
 
-    /// Begins with this robot, or goes on with it.
+    /// Begins with this robot, or continues with it.
     fn begin(&mut self, figures: Option<RobotFigures>) {
         if self.begun == 0 || self.figures != figures {
             self.begin_with(figures);
@@ -305,7 +306,7 @@ impl Live {
         self.begun += 1;
     }
 
-    /// Hands on what the timeline lets through.
+    /// Passes on the readings that the timeline releases.
     fn feed(&mut self, readings: Vec<Reading>) {
         for reading in readings {
             let taken = match reading {
@@ -352,7 +353,7 @@ impl Live {
             RefusalReason::TooOld | RefusalReason::FromTheFuture => {
                 "A command came too late and was left out: the network is slow"
             }
-            // The bridge has said by then why the lease or the arming ended.
+            // By then the bridge has said why the lease or the arming ended.
             _ => return,
         };
         self.note(Severity::Warning, text.to_owned());
@@ -362,8 +363,7 @@ impl Live {
         self.notes.push(Note { severity, text });
     }
 
-    /// Nothing is under way any more, an arming that waits for its lease neither: it would come
-    /// after the Stop.
+    /// Ends the task, and also an arming that waits for its lease: it would come after the Stop.
     fn end_task(&mut self) {
         self.wants_to_arm = false;
         self.session.stop();
@@ -371,7 +371,7 @@ impl Live {
         self.client.give_up_manoeuvre();
     }
 
-    /// Due every 50 ms: heartbeats, and the pilot's decision where this client drives.
+    /// To be called every 50 ms: sends heartbeats, and lets the pilot decide if this client drives.
     ///
     /// # Errors    [`ClientError`]: the bridge is gone; map and pose are kept.
     pub fn tick(&mut self, now: u64) -> Result<(), ClientError> {
@@ -387,32 +387,33 @@ impl Live {
         Ok(())
     }
 
-    /// What to send; a robot that stands is commanded to only once, for the lease is kept without.
+    /// What to send. A standing robot is commanded to stand only once, because the lease does not
+    /// depend on it.
     fn decide(&mut self) -> Option<Command> {
         let command = self.session.decide(self.bumpers, self.client.is_busy())?;
         if command == Command::Scan && !self.waits_for_command() {
-            // Its sensor scans all the time: the next scan is the one that was asked for.
+            // Its sensor scans all the time: the next scan serves as the requested one.
             return None;
         }
         let was_halted = std::mem::replace(&mut self.is_halted, command == Command::Stop);
         (!(was_halted && self.is_halted)).then_some(command)
     }
 
-    /// Messages to send, in order; they are forgotten here.
+    /// The messages to send, in order; the list is then empty.
     pub fn take_outgoing(&mut self) -> Vec<Vec<u8>> {
         self.client.take_outgoing()
     }
 
-    /// What a person should read, in order; it is forgotten here.
+    /// Messages for people, in order; the list is then empty.
     pub fn take_notes(&mut self) -> Vec<Note> {
         std::mem::take(&mut self.notes)
     }
 
-    /// Asks for the lease, with `force` also from another client, and arms the robot with it,
-    /// unless the emergency stop is latched: then only the lease is taken, to undo it.
+    /// Asks for the lease, with `force` even if another client has it, and arms the robot with it.
+    /// If the emergency stop is latched, only the lease is taken, to reset it.
     pub fn take_lease(&mut self, now: u64, force: bool) {
         if !self.client.is_armed() {
-            // A task that was chosen while the robot was disarmed must not begin by itself.
+            // A task chosen while the robot was disarmed must not begin by itself.
             self.end_task();
         }
         if self.client.has_lease() {
@@ -430,14 +431,14 @@ impl Live {
         self.client.release(now);
     }
 
-    /// Gives the robot something else to do. It moves while armed only.
+    /// Gives the robot another task. It moves only while armed.
     pub fn set_mode(&mut self, mode: Mode) {
         self.choose_driving(mode);
         self.session.set_mode(mode);
         self.client.give_up_manoeuvre();
     }
 
-    /// By hand, with these parts of the robot's highest speeds, -1 to 1.
+    /// Drives by hand, at these parts of the robot's highest speeds, -1 to 1.
     pub fn drive(&mut self, forward: f64, turn: f64) {
         let robot = self.session.robot();
         let (forward, turn) = (forward * robot.max_speed, turn * robot.max_turn_rate);
@@ -446,7 +447,7 @@ impl Live {
         self.client.give_up_manoeuvre();
     }
 
-    /// Has the robot drive by the cycle, or as continuously as its sensor allows; its task starts
+    /// Makes the robot drive by the cycle, or as continuously as its sensor allows; its task starts
     /// again.
     pub fn set_cycle(&mut self, cycle: bool) {
         self.config.cycle = cycle;
@@ -454,8 +455,8 @@ impl Live {
         self.client.give_up_manoeuvre();
     }
 
-    /// By the cycle or continuously. By hand always continuously where the sensor allows it: what
-    /// stands in the way is seen at once then, and a sensor that falls silent is noticed.
+    /// By the cycle or continuously. Driving by hand is always continuous if the sensor allows it:
+    /// obstacles are then seen at once, and a silent sensor is noticed.
     fn choose_driving(&mut self, mode: Mode) {
         let by_cycle = self.config.cycle && mode != Mode::Manual;
         let on_command = self.waits_for_command() || by_cycle;
@@ -464,53 +465,53 @@ impl Live {
         }
     }
 
-    /// The settings of the robot that is there, before any change.
+    /// The default settings of the present robot.
     #[must_use]
     pub fn defaults(&self) -> Settings {
         Settings::of_robot(self.session.robot(), self.waits_for_command())
     }
 
-    /// Whether the robot's sensor scans only when commanded to.
+    /// Whether the robot's sensor scans only on command.
     fn waits_for_command(&self) -> bool {
         let figures = self.figures.as_ref();
         figures.is_some_and(|figures| figures.scans_on_command)
     }
 
-    /// Stops the robot and disarms it, no matter who drives it.
+    /// Stops the robot and disarms it, whoever drives it.
     pub fn stop(&mut self, now: u64) {
         self.end_task();
         self.client.stop(now);
     }
 
-    /// Cuts the motors off, no matter who drives.
+    /// Cuts power to the motors, whoever drives.
     pub fn emergency_stop(&mut self, now: u64) {
         self.end_task();
         self.client.emergency_stop(now);
     }
 
-    /// Asks the bridge to begin its own map anew.
+    /// Asks the bridge to restart its own map.
     pub fn reset_bridge_map(&mut self, now: u64) {
         self.client.reset_map(now);
     }
 
-    /// Says where in the bridge's own map the robot may be; without zones, everywhere.
+    /// Sets where in the bridge's own map the robot may be; without zones, everywhere.
     ///
-    /// # Errors    [`GeofenceError`]; nothing is sent then.
+    /// # Errors    [`GeofenceError`]; then nothing is sent.
     pub fn set_geofence(&mut self, now: u64, zones: Vec<ZoneBody>) -> Result<(), GeofenceError> {
         fence_of(&zones)?;
         self.client.set_geofence(now, zones);
         Ok(())
     }
 
-    /// Unlatches the emergency stop; the robot stays disarmed.
+    /// Resets the emergency stop; the robot stays disarmed.
     pub fn reset_emergency_stop(&mut self, now: u64) {
         self.client.reset_emergency_stop(now);
     }
 
-    /// Other settings than the defaults from here on, for this robot and for those that the bridge
-    /// may name later; see [`Session::reconfigure`].
+    /// Changes these settings from their defaults from here on, for this robot and for those that
+    /// the bridge names later; see [`Session::reconfigure`].
     ///
-    /// # Errors    [`LiveError`] naming the first setting that cannot be; then the old ones stay.
+    /// # Errors    [`LiveError`] naming the first setting that is invalid; the old ones then stay.
     pub fn reconfigure(&mut self, changes: Vec<(String, f64)>) -> Result<(), LiveError> {
         let (method, on_command) = (self.session.slam().method(), self.waits_for_command());
         let settings = settings_of(self.session.robot(), on_command, method, &changes)?;
@@ -524,7 +525,7 @@ impl Live {
         self.session.draw_dead_reckoned();
     }
 
-    /// A twin with this calibration runs beside the robot from here on, or no longer.
+    /// Runs a twin with this calibration beside the robot from here on, or no twin.
     pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
         self.session.set_twin(calibration);
     }
@@ -545,8 +546,8 @@ fn settings_of(
     Ok(settings)
 }
 
-/// The session with the robot that the bridge named, if it named one, and why it has another method
-/// than was asked for.
+/// The session with the robot that the bridge named, if it named one, and the reason if its method
+/// is not the requested one.
 fn session_for(
     config: &LiveConfig,
     figures: Option<&RobotFigures>,
@@ -556,12 +557,12 @@ fn session_for(
     let robot = robot.unwrap_or_else(RobotModel::pioneer);
     let (method, instead) = match (figures, config.method, &config.prior_map) {
         (None, Method::ScanMatching, _) => (Method::ScanMatching, None),
-        // Without wheels, lines alone do not tell how far along a corridor the sensor was carried.
+        // Without wheels, lines alone do not show how far along a corridor the sensor was carried.
         (None, ..) => (
             Method::ScanMatching,
             Some("The bridge has no robot: what its sensor sees is mapped by scan matching"),
         ),
-        // The map that a bridge has is shown, and not localised in.
+        // The bridge's own map is only shown, not used for localisation.
         (Some(_), method, None) if method.needs_prior_map() => (
             Method::LineEkf,
             Some("No map was given to find the robot in: the line filter draws one"),

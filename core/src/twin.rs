@@ -1,18 +1,19 @@
-//! A simulated twin beside a real or a recorded robot: the same counts of the tracks, without
-//! chance.
+//! A simulated twin beside a real or recorded robot: it runs on the same encoder counts, without
+//! random errors.
 //!
 //! In: the odometry as the robot counts it, and at each scan the pose that SLAM estimates, the
 //! points and the grid. Out: where a robot with the given figures would be, and how far that is
-//! from the estimate ([`TwinSample`]): position, heading, ranges, with what chance allows.
+//! from the estimate ([`TwinSample`]): position, heading, ranges, with the deviation that random
+//! errors allow.
 //!
-//! 1. The twin begins where the robot is believed to be. Each motion moves it as
+//! 1. The twin begins at the robot's estimated pose. Each motion moves it as
 //!    [`OdometryCalibration`] says: by the model that the simulated robot follows ([`crate::sim`]),
-//!    its chance left out. What chance does meanwhile grows as its covariance.
-//! 2. At each scan the ranges that the twin would measure are those to the first occupied cell of
-//!    the map in the direction of each beam. Cells are as large as they are: an exact twin still
-//!    differs by half a cell.
-//! 3. A twin that stays within three standard deviations has the figures of the robot. One that
-//!    leaves them at once has not: fit them ([`crate::estimation::OdometryFit`]).
+//!    without random errors. Their possible effect grows as its covariance.
+//! 2. At each scan, the ranges that the twin would measure are those to the first occupied cell of
+//!    the map along each beam. Because of the size of the cells, even an exact twin differs by half
+//!    a cell.
+//! 3. If a twin stays within three standard deviations, it has the figures of the robot. If it
+//!    leaves them at once, it does not: fit the figures ([`crate::estimation::OdometryFit`]).
 
 use nalgebra::{Matrix3, Point2};
 
@@ -21,12 +22,12 @@ use crate::map::{CellState, Grid};
 use crate::points::{Beam, Points};
 use crate::robot::{Odometry, OdometryCalibration};
 
-/// One beam in so many is compared; neighbours say the same.
+/// One beam in this many is compared; neighbours add nothing.
 const EVERY: usize = 5;
-/// Fewest beams that make a median.
+/// Fewest beams for a median.
 const LEAST_BEAMS: usize = 5;
 
-/// The twin and how far it is from the robot.
+/// The twin, and how far it is from the robot.
 #[derive(Clone, Debug)]
 pub struct Twin {
     calibration: OdometryCalibration,
@@ -40,26 +41,26 @@ pub struct Twin {
 /// Twin and robot at one scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwinSample {
-    /// Of the robot's clock, s.
+    /// On the robot's clock, s.
     pub seconds: f64,
     /// Where the twin is, map frame.
     pub twin: Pose2,
-    /// Distance from the twin to where the robot is believed to be, m.
+    /// Distance from the twin to the robot's estimated position, m.
     pub position: f64,
-    /// Three standard deviations of it along its most uncertain direction: chance, and the
-    /// estimate's own doubt.
+    /// Three standard deviations of it along its most uncertain direction: from random errors, and
+    /// from the estimate's own uncertainty.
     pub position_sigma3: f64,
     /// From the twin's heading to the robot's, rad.
     pub heading: f64,
     /// Three standard deviations of it.
     pub heading_sigma3: f64,
-    /// Median of the differences between the ranges that were measured and those that the twin
-    /// would measure in the map, m, not negative; none where too few beams meet the map.
+    /// Median of the absolute differences between the measured ranges and those that the twin would
+    /// measure in the map, m; `None` if too few beams meet the map.
     pub ranges: Option<f64>,
 }
 
 impl Twin {
-    /// A twin with these figures of a robot whose model says `track_width`, beginning at
+    /// A twin with these figures, of a robot whose model says `track_width`, beginning at
     /// `map_from_robot`.
     #[must_use]
     pub fn new(calibration: OdometryCalibration, track_width: f64, map_from_robot: Pose2) -> Self {
@@ -78,7 +79,7 @@ impl Twin {
         self.ran.map_or(self.begin, |ran| self.begin * ran.motion)
     }
 
-    /// Takes the next motion as the robot counted it.
+    /// Moves by the next motion, as the robot counted it.
     pub fn odometry(&mut self, counted: &Odometry) {
         let motion = self.calibration.corrected(counted, self.track_width);
         self.ran = Some(self.ran.map_or(motion, |ran| ran.then(&motion)));
@@ -103,21 +104,22 @@ impl Twin {
         });
     }
 
-    /// One for each scan so far.
+    /// One sample for each scan so far.
     #[must_use]
     pub fn samples(&self) -> &[TwinSample] {
         &self.samples
     }
 }
 
-/// Median over the beams of how far the measured range is from the one at `map_from_twin`.
+/// Median over the beams of the difference between the measured range and the one at
+/// `map_from_twin`.
 fn median_off(points: &Points, grid: &Grid, map_from_twin: &Pose2) -> Option<f64> {
     let difference = |beam: &Beam| {
         let origin = *map_from_twin * beam.origin_in_robot;
         let towards = map_from_twin.rotate(beam.end_in_robot - beam.origin_in_robot);
         let bearing = libm::atan2(towards.y, towards.x);
-        // Something nearer by than a metre beyond what was measured is looked for; else the twin
-        // sees another room.
+        // The search ends a metre beyond the measured range; farther away, the twin sees another
+        // room.
         let range = range_in(grid, origin, bearing, beam.range + 1.0)?;
         Some((range - beam.range).abs())
     };
@@ -127,7 +129,7 @@ fn median_off(points: &Points, grid: &Grid, map_from_twin: &Pose2) -> Option<f64
     (off.len() >= LEAST_BEAMS).then(|| off[off.len() / 2])
 }
 
-/// Distance to the first occupied cell, m, found at every half cell.
+/// Distance to the first occupied cell, m, searched in steps of half a cell.
 fn range_in(grid: &Grid, from: Point2<f64>, bearing: f64, farthest: f64) -> Option<f64> {
     let direction = unit_vector(bearing);
     let step = 0.5 * grid.resolution();

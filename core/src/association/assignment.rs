@@ -1,17 +1,18 @@
-//! In: what it costs to give each row each column. Out: the assignment of least total cost.
+//! In: the cost of giving each row each column. Out: the assignment with the least total cost.
 //!
-//! Rows are added one by one; each is let in along the cheapest alternating path, found by
-//! potentials that keep all reduced costs from being negative. O(rows² · columns).
+//! Rows are added one by one, each along the cheapest alternating path. Potentials keep all reduced
+//! costs non-negative. O(rows² · columns).
 //!
 //! Source: Kuhn (1955), "The Hungarian method for the assignment problem"; the shortest-path form
 //! of Jonker & Volgenant (1987).
 
-/// Stands for what must not be: it is taken only where a row has nothing else, and undone then.
+/// Stands for a forbidden pairing: it is used only if a row has nothing else, and undone
+/// afterwards.
 const FORBIDDEN: f64 = 1e12;
 
-/// The column of each row, no column twice, at the least total cost. A row goes without where there
-/// are more rows than columns, and where all that is left for it costs more than any finite number.
-/// `costs` has a row of equal length for each row; missing ones count as not finite.
+/// The column of each row, no column twice, at the least total cost. A row goes without if there
+/// are more rows than columns, or if all columns left for it have no finite cost. `costs` has one
+/// row of costs for each row; missing ones count as not finite.
 #[must_use]
 pub fn assign(costs: &[Vec<f64>]) -> Vec<Option<usize>> {
     let cols = costs.iter().map(Vec::len).max().unwrap_or(0);
@@ -70,7 +71,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The least sum over all assignments, by trying them all; each row that goes without costs
+    /// The least sum over all assignments, by trying them all; each row without a column costs
     /// `none`.
     fn brute_force(costs: &[Vec<f64>], used: u32, none: f64) -> f64 {
         let Some((row, rest)) = costs.split_first() else {
@@ -107,7 +108,7 @@ mod tests {
             columns.sort_unstable();
             columns.dedup();
             prop_assert_eq!(columns.len(), chosen.iter().flatten().count());
-            // Going without costs more than all else together.
+            // Going without costs more than everything else together.
             let none = 1e6;
             let off = total(&costs, &chosen, none) - brute_force(&costs, 0, none);
             prop_assert!(off.abs() < 1e-6, "{off}: {chosen:?} of {costs:?}");

@@ -1,17 +1,17 @@
-//! In: what one sighting was compared with, and the landmark that it was matched to. Out: what
-//! would flip this match: by how much the sighting would have to lie elsewhere, in one of its two
-//! numbers alone, for [`choose`](super::choose) to choose otherwise.
+//! In: what a sighting was compared with, and the landmark that it was matched to. Out: what would
+//! flip this match: how far the sighting would have to shift, along one of its two axes alone, for
+//! [`choose`](super::choose) to decide otherwise.
 //!
-//! 1. Moved by t along the axis e, d²(t) = (v + t e)ᵀ Z⁻¹ (v + t e) = a t² + 2 b t + d², with
-//!    a = eᵀ Z⁻¹ e and b = eᵀ Z⁻¹ v (TDK 2016 eq. (3.12)).
-//! 2. It leaves the gate where d²(t) = g² (eq. (3.13)).
-//! 3. A second landmark explains it nearly as well where its d²(t) less that of the match is
-//!    `ambiguity`; one that stands at the same place takes it over where the two are equal, and one
-//!    that goes before it (confirmed, or not across a gap) as soon as its own gate is reached.
-//! 4. To either side the nearest of these counts.
+//! 1. Moved by t along the axis e, d²(t) = (v + t e)ᵀ Z⁻¹ (v + t e) = a t² + 2 b t + d², with a =
+//!    eᵀ Z⁻¹ e and b = eᵀ Z⁻¹ v (TDK 2016 eq. (3.12)).
+//! 2. The sighting leaves the gate where d²(t) = g² (eq. (3.13)).
+//! 3. A second landmark makes the match ambiguous where its d²(t) minus that of the match is
+//!    `ambiguity`. One at the same place takes the sighting over where the two are equal, and one
+//!    that has priority (confirmed, or not across a gap) as soon as its own gate is reached.
+//! 4. On either side, the nearest of these counts.
 //!
-//! Matched together, the other lines of the scan have a say as well: a sighting that this rule
-//! would drop may be held by them, which no single number tells.
+//! When the lines of a scan are matched together, the other lines matter too: they may hold a
+//! sighting that this rule would drop, which no single number shows.
 
 use std::cmp::Ordering;
 
@@ -19,38 +19,38 @@ use nalgebra::Vector2;
 
 use super::{AssociationConfig, Candidate, Innovation};
 
-/// A landmark that a sighting was compared with, and how far it was from it.
+/// A landmark that a sighting was compared with, and its distance from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compared {
     /// The landmark.
     pub candidate: Candidate,
-    /// The sighting less what was expected.
+    /// The sighting minus what was expected.
     pub innovation: Innovation,
 }
 
-/// What would flip a match to one side.
+/// What would flip a match on one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flip {
-    /// By how much the sighting would have to lie elsewhere, in the unit of its axis; negative to
-    /// the other side.
+    /// How far the sighting would have to shift, in the unit of its axis; negative towards the
+    /// other side.
     pub shift: f64,
-    /// What becomes of it then.
+    /// What happens to the match then.
     pub outcome: FlipOutcome,
 }
 
-/// What a sighting would become.
+/// How the match of a sighting would change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlipOutcome {
     /// It leaves the gate of its landmark.
     LeavesGate,
-    /// This landmark, by its index, explains it nearly as well: it is dropped.
+    /// This landmark, by its index, explains it nearly as well: the sighting is dropped.
     Ambiguous(usize),
-    /// This landmark, by its index, takes it over.
+    /// This landmark, by its index, takes the sighting over.
     TakenOver(usize),
 }
 
-/// What would flip the match of a sighting with `matched` if it lay elsewhere along an axis, 0 or
-/// 1: backwards and forwards. `others` are the landmarks that it was compared with besides.
+/// What would flip the match of a sighting with `matched` if it were shifted along an axis, 0 or 1:
+/// backwards and forwards. `others` are the other landmarks that it was compared with.
 ///
 /// # Units    Shifts in the unit of the axis: rad and m of a line.
 #[must_use]
@@ -73,7 +73,7 @@ pub fn flips(
         let is_elsewhere = apart.amax() > config.same_place;
         let (theirs, ours) = (&rival.candidate, &matched.candidate);
         if is_elsewhere && (theirs.is_confirmed || !ours.is_confirmed) {
-            // Between these the rival is near enough; it counts only inside of its own gate.
+            // Between these roots the rival is near enough; it counts only inside its own gate.
             let near = its.minus(&own).less(config.ambiguity).roots();
             let enters = its.less(config.new_gate).roots();
             for shift in near.into_iter().chain(enters) {
@@ -84,7 +84,8 @@ pub fn flips(
                 }
             }
         }
-        // What goes before the match needs its gate only; what is like it has to be nearer.
+        // A landmark with priority only needs to be inside its gate; one of equal rank has to be
+        // nearer.
         let rank = |c: &Candidate| (!c.is_confirmed, c.gap > 0.0);
         let takes_over = match rank(theirs).cmp(&rank(ours)) {
             Ordering::Less => its.less(config.gate).roots(),
@@ -106,7 +107,7 @@ pub fn flips(
     [nearest(|shift| shift < 0.0), nearest(|shift| shift > 0.0)]
 }
 
-/// Of d² where two borders meet: within rounding.
+/// Tolerance of d² where two borders meet: rounding.
 const TIE: f64 = 1e-9;
 
 /// a t² + 2 b t + c.
@@ -118,7 +119,7 @@ struct Parabola {
 }
 
 impl Parabola {
-    /// d² of a sighting that is moved along an axis.
+    /// d² of a sighting that is shifted along an axis.
     fn of(innovation: &Innovation, axis: usize) -> Self {
         let z = &innovation.cov;
         let determinant = z[(0, 0)] * z[(1, 1)] - z[(0, 1)] * z[(1, 0)];
@@ -151,10 +152,10 @@ impl Parabola {
         (self.a * t + 2.0 * self.b) * t + self.c
     }
 
-    /// Where it is zero; what is not there is not a number.
+    /// Where it is zero; NaN if there is no root.
     fn roots(self) -> [f64; 2] {
         let Self { a, b, c } = self;
-        // Of two numbers of one sign, so that nothing cancels out.
+        // From two numbers of the same sign, so nothing cancels.
         let q = -(b + (b * b - a * c).sqrt().copysign(b));
         [q / a, c / q].map(|t| if t.is_finite() { t } else { f64::NAN })
     }
@@ -168,7 +169,7 @@ mod tests {
     use super::*;
     use crate::association::{Choice, choose};
 
-    /// A landmark from which the sighting is off by `v`.
+    /// A landmark whose distance from the sighting is `v`.
     fn compared(index: usize, v: [f64; 2], cov: [f64; 3], is_confirmed: bool) -> Compared {
         let cov = Matrix2::new(cov[0], cov[1], cov[1], cov[2]);
         let innovation = Innovation::new(v.into(), cov).unwrap();
@@ -185,7 +186,7 @@ mod tests {
         }
     }
 
-    /// What `choose` says of the sighting moved by `shift` along an axis.
+    /// The decision of `choose` about the sighting shifted by `shift` along an axis.
     fn moved(all: &[Compared], axis: usize, shift: f64, config: &AssociationConfig) -> Choice {
         let candidates = all.iter().map(|each| {
             let mut v = each.innovation.v;
@@ -202,7 +203,7 @@ mod tests {
     fn alone_a_match_stands_as_far_as_its_gate_reaches() {
         let config = AssociationConfig::default();
         let one = compared(3, [0.01, 0.02], [1e-4, 0.0, 4e-4], true);
-        // d² of α is 1; so r may have d² up to the rest.
+        // d² of α is 1, so r may contribute the rest.
         let most = 0.02 * (config.gate - 1.0).sqrt();
         let [nearer, farther] = flips(&one, &[], 1, &config);
         assert!((nearer.unwrap().shift - (-0.02 - most)).abs() < 1e-12);
@@ -214,7 +215,7 @@ mod tests {
     fn towards_a_second_wall_it_becomes_ambiguous_first() {
         let config = AssociationConfig::default();
         let cov = [1e-4, 0.0, 4e-4];
-        // The second wall stands 10 cm farther: the sighting is 8 cm nearer than that.
+        // The second wall is 10 cm farther away: the sighting is 8 cm nearer than that.
         let walls = [[0.0, 0.02], [0.0, -0.08]].map(|v| v[1]);
         let [one, two] = [0, 1].map(|i| compared(i, [0.0, walls[i]], cov, true));
         let [_, farther] = flips(&one, &[two], 1, &config);
@@ -225,7 +226,7 @@ mod tests {
     }
 
     proptest! {
-        /// The truth is the rule itself, asked step by step.
+        /// The truth is the rule itself, evaluated step by step.
         #[test]
         fn up_to_a_flip_the_rule_chooses_the_same_and_behind_it_another(
             v in prop::array::uniform3((-3.0..3.0, -3.0..3.0)),

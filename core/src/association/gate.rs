@@ -1,10 +1,9 @@
-//! In: a line seen now and a line expected from the map. Out: how far they are apart, in standard
+//! In: a line seen now and a line expected from the map. Out: their distance, in standard
 //! deviations and in metres.
 //!
-//! Lines are compared as oriented ones: the normal points from the side of the viewer into the
-//! wall, and r is signed. Both faces of a wall are then different lines even where their (α, r)
-//! agree, nothing jumps when a line passes through the origin, and no Jacobian has to flip its
-//! sign.
+//! Lines are compared as oriented ones: the normal points from the viewer's side into the wall, and
+//! r is signed. So the two faces of a wall are different lines even if their (α, r) agree, nothing
+//! jumps when a line passes through the origin, and no Jacobian has to flip its sign.
 //!
 //! Source: TDK 2016 §3.2, the gate vᵀ Z⁻¹ v ≤ g².
 
@@ -26,10 +25,10 @@ pub struct ExpectedLine {
     pub ends: [Point2<f64>; 2],
 }
 
-/// Difference of a sighting and what was expected.
+/// Difference between a sighting and what was expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation {
-    /// (α, r) seen less expected; of a point (x, y).
+    /// (α, r) seen minus expected; of a point, (x, y).
     pub v: Vector2<f64>,
     /// Covariance of `v`.
     pub cov: Matrix2<f64>,
@@ -38,7 +37,7 @@ pub struct Innovation {
 }
 
 impl Innovation {
-    /// `None` where the covariance is not positive definite.
+    /// `None` if the covariance is not positive definite.
     #[must_use]
     pub fn new(v: Vector2<f64>, cov: Matrix2<f64>) -> Option<Self> {
         let determinant = cov[(0, 0)] * cov[(1, 1)] - cov[(0, 1)] * cov[(1, 0)];
@@ -53,7 +52,7 @@ impl Innovation {
 }
 
 impl ExpectedLine {
-    /// Compares with a sighting; `None` where it shows the other face of the wall, or where the
+    /// Compares with a sighting; `None` if it shows the other face of the wall, or if the
     /// covariance is not positive definite.
     #[must_use]
     pub fn innovation(&self, seen: &OrientedLine) -> Option<Innovation> {
@@ -65,8 +64,8 @@ impl ExpectedLine {
     }
 }
 
-/// Free distance between the part of a wall that is seen and the known part, which has these
-/// `ends`, measured along the seen line, m; negative where they overlap.
+/// Free distance between the seen part of a wall and its known part with these `ends`, measured
+/// along the seen line, m; negative if they overlap.
 #[must_use]
 pub fn gap(ends: [Point2<f64>; 2], seen: &LineFeature) -> f64 {
     let normal = seen.line.normal();
@@ -84,8 +83,8 @@ pub fn gap(ends: [Point2<f64>; 2], seen: &LineFeature) -> f64 {
 pub struct OrientedLine {
     /// Direction of the normal, rad.
     pub alpha: f64,
-    /// Signed distance from the robot's origin, m: negative only where the line passes between it
-    /// and the sensor.
+    /// Signed distance from the robot's origin, m: negative only if the line passes between it and
+    /// the sensor.
     pub r: f64,
     /// Covariance of (α, r).
     pub cov: Matrix2<f64>,

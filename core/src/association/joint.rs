@@ -1,21 +1,21 @@
-//! In: for each line of a scan, the landmarks that it may be. Out: the largest set of pairings that
+//! In: for each line of a scan, its candidate landmarks. Out: the largest set of pairings that
 //! agree with each other.
 //!
 //! Each pairing by itself may be within its gate and yet contradict the others: a robot that stands
-//! 20 cm from where it believes to be sees all walls shifted by 20 cm the same way. The errors of
-//! what is expected hang together, through the one pose that they are expected from, and the joint
-//! distance of a set of pairings knows it.
+//! 20 cm from where it believes it is sees all walls shifted by 20 cm the same way. The errors of
+//! the expected lines are correlated, because all are expected from one pose, and the joint
+//! distance of a set of pairings accounts for this.
 //!
 //! 1. Depth first over the sightings: each is one of its candidates, or none.
 //! 2. A set of m pairings is kept while its joint distance vᵀ C⁻¹ v is within the gate of χ² with
 //!    2m degrees of freedom. C's Cholesky factor grows by two rows for each pairing, so a step
 //!    costs O(m²).
-//! 3. A branch that cannot have more pairings than the best one so far is cut; of two sets of one
-//!    size the nearer one wins.
-//! 4. Beyond the source: the gate of ten pairings has room for a wrong one among nine that fit
-//!    well. So each pairing must also agree with what all the others say of it; the one that does
-//!    so least goes, until all do.
-//! 5. Beyond the source: the largest set may be one of two that are as likely. A sighting that
+//! 3. A branch that cannot have more pairings than the best one so far is cut; of two sets of equal
+//!    size, the nearer one wins.
+//! 4. Beyond the source: the gate for ten pairings has room for a wrong one among nine that fit
+//!    well. So each pairing must also agree with what all others predict for it; the worst one is
+//!    removed until all agree.
+//! 5. Beyond the source: the largest set may be one of two that are equally likely. A sighting that
 //!    another landmark would explain nearly as well, given all other pairings, is ambiguous, and
 //!    paired with neither.
 //!
@@ -29,44 +29,44 @@ use nalgebra::{Matrix2, Vector2};
 use self::members::Members;
 use super::AssociationConfig;
 
-/// A landmark that a sighting may be.
+/// A candidate landmark for a sighting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pairing {
     /// Number of the sighting.
     pub sighting: usize,
-    /// Which landmark: any number that no other has.
+    /// Which landmark: any number, unique among the landmarks.
     pub landmark: usize,
-    /// (α, r) seen less expected; of a point (x, y).
+    /// (α, r) seen minus expected; of a point, (x, y).
     pub v: Vector2<f64>,
     /// Covariance of `v`.
     pub cov: Matrix2<f64>,
 }
 
-/// What a sighting is, once all of its scan were matched together.
+/// What a sighting is, once all sightings of its scan are matched together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Paired {
     /// The landmark of this number.
     Landmark(usize),
     /// One of several that cannot be distinguished.
     Ambiguous,
-    /// None that agrees with the other pairings.
+    /// No landmark that agrees with the other pairings.
     #[default]
     Nothing,
 }
 
-/// The search, and its memory, which it keeps from scan to scan.
+/// The search, with buffers that it keeps from scan to scan.
 #[derive(Clone, Debug, Default)]
 pub struct JointSearch {
     pairings: Vec<Pairing>,
-    /// Where the pairings of each sighting end.
+    /// For each sighting, the end of its pairings in the list.
     ends: Vec<usize>,
     set: Members,
-    /// Of the set being tried and of the best one: for each sighting its pairing.
+    /// The pairing of each sighting, in the set being tried and in the best one.
     chosen: Vec<Option<usize>>,
     best: Vec<Option<usize>>,
     best_size: usize,
     n_sets: usize,
-    /// What each sighting is, in their order.
+    /// What each sighting is, in the order of the sightings.
     paired: Vec<Paired>,
     /// Joint distance of the best set, χ² with twice as many degrees of freedom as it has pairings.
     d2: f64,
@@ -79,7 +79,7 @@ impl JointSearch {
         self.ends.clear();
     }
 
-    /// Adds a sighting with the landmarks that it may be by itself, the likeliest first.
+    /// Adds a sighting with its candidate landmarks, the likeliest first.
     pub fn sight(&mut self, pairings: impl IntoIterator<Item = Pairing>) {
         self.pairings.extend(pairings);
         self.ends.push(self.pairings.len());
@@ -89,7 +89,7 @@ impl JointSearch {
     /// least distance (steps 1 to 5).
     ///
     /// `cross` is the covariance of the innovations of two pairings of different sightings (first
-    /// by second), or `None` where the two exclude each other.
+    /// by second), or `None` if the two exclude each other.
     pub fn run(
         &mut self,
         cross: impl Fn(&Pairing, &Pairing) -> Option<Matrix2<f64>>,
@@ -239,7 +239,8 @@ impl JointSearch {
         Some(d2)
     }
 
-    /// Makes the best set the current one, without the pairing of one sighting; gives its distance.
+    /// Makes the best set, without the pairing of one sighting, the current one; returns its
+    /// distance.
     fn rebuild(&mut self, without: Option<usize>, cross: &impl Cross) -> f64 {
         self.set.clear();
         let mut d2 = 0.0;

@@ -1,21 +1,21 @@
-//! Joint probabilistic data association: with what probability each sighting is of each track, all
-//! of them together.
+//! Joint probabilistic data association: the probability that each sighting belongs to each track,
+//! considering all of them together.
 //!
-//! In: for each track the sightings within its gate, each with the likelihood that it is of this
-//! track, over the density of clutter; and the likelihood of not being seen. Out: the marginal
-//! probability of each pairing.
+//! In: for each track, the sightings within its gate, each with the likelihood that it belongs to
+//! this track, divided by the density of clutter; and the likelihood of not being seen. Out: the
+//! marginal probability of each pairing.
 //!
 //! 1. A joint event gives each track one of its sightings or none, and no sighting to two tracks.
 //!    Its probability is proportional to the product of its likelihoods.
 //! 2. Tracks that share no sighting, not even through others, are independent: each such component
 //!    is summed by itself.
-//! 3. Events are summed exactly, but not one by one: what the later tracks can do depends on the
-//!    earlier ones by the set of sightings that are taken, and events that have taken the same set
-//!    are added; what no later track can be does not count. A sum forward over the tracks and one
-//!    backward give all marginals, as in a hidden Markov model; the work grows with the number of
-//!    sets instead of that of events.
-//! 4. Only beyond [`MOST_SETS`] sets, which takes a dozen tracks that all may be any of a dozen
-//!    sightings, the least likely sets are left out.
+//! 3. Events are summed exactly, but not one by one. What the later tracks can do depends on the
+//!    earlier ones only through the set of sightings already taken, so events with the same set are
+//!    added up; sightings that no later track can take are ignored. A forward and a backward sum
+//!    over the tracks give all marginals, as in a hidden Markov model. The work grows with the
+//!    number of sets, not of events.
+//! 4. Only beyond [`MOST_SETS`] sets are the least likely ones left out. That takes a dozen tracks
+//!    that can all be any of a dozen sightings.
 //!
 //! Source: Fortmann, Bar-Shalom & Scheffe (1983), "Sonar tracking of multiple targets using joint
 //! probabilistic data association"; step 3 is the exact sum of Horridge & Maskell (2006),
@@ -23,23 +23,23 @@
 
 use std::collections::BTreeMap;
 
-/// Sets of taken sightings that are kept in a component.
+/// Most sets of taken sightings that are kept for a component.
 const MOST_SETS: usize = 1 << 14;
-/// Sightings that a set can hold; those of a component beyond it are of nobody.
+/// Sightings that a set can hold; further ones of a component belong to no track.
 const MOST_SIGHTINGS: usize = 128;
 
-/// What a track may be in the newest scan.
+/// What a track may be in the newest scan, with likelihoods.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Of not being seen: 1 - P_D of a track.
+    /// Likelihood of not being seen: 1 - P_D of the track.
     pub missed: f64,
-    /// Numbers of sightings, each with P_D N(z) / λ: the likelihood of being this one over the
-    /// density of clutter. Each number once.
+    /// Indices of sightings, each with P_D N(z) / λ: the likelihood of being this one, divided by
+    /// the density of clutter. Each index once.
     pub sightings: Vec<(usize, f64)>,
 }
 
 /// The marginal probabilities of what each track is, in the same form and order; those of a track
-/// add up to 1. A track for which all is impossible was not seen.
+/// add up to 1. A track for which everything is impossible was not seen.
 #[must_use]
 pub fn joint_probabilities(tracks: &[Options]) -> Vec<Options> {
     let mut marginals = vec![Options::default(); tracks.len()];
@@ -55,7 +55,7 @@ pub fn joint_probabilities(tracks: &[Options]) -> Vec<Options> {
     marginals
 }
 
-/// Step 2: numbers of tracks that hang together.
+/// Step 2: indices of tracks that are connected by shared sightings.
 fn components(tracks: &[Options]) -> Vec<Vec<usize>> {
     let mut found: Vec<(Vec<usize>, Vec<usize>)> = vec![];
     for (number, track) in tracks.iter().enumerate() {
@@ -79,7 +79,7 @@ fn components(tracks: &[Options]) -> Vec<Vec<usize>> {
     found.into_iter().map(|(members, _)| members).collect()
 }
 
-/// Sums over events by the set of sightings that they have taken.
+/// Sums over events, by the set of sightings that they have taken.
 type Sums = BTreeMap<u128, f64>;
 
 /// Step 3.
@@ -106,7 +106,7 @@ fn marginals_of(tracks: &[&Options]) -> Vec<Options> {
         let own = options[track].iter().fold(0, |all, (bit, _)| all | bit);
         later[track - 1] = later[track] | own;
     }
-    // Of the tracks before each one.
+    // Over the tracks before each one.
     let mut forward: Vec<Sums> = vec![Sums::from([(0, 1.0)])];
     for (own, later) in options.iter().zip(&later) {
         let before = forward.last().cloned().unwrap_or_default();
@@ -118,7 +118,7 @@ fn marginals_of(tracks: &[&Options]) -> Vec<Options> {
         }
         forward.push(scaled(after));
     }
-    // Of the tracks from each one on, given what is taken.
+    // Over the tracks from each one on, given what is taken.
     let last = forward.last().cloned().unwrap_or_default();
     let mut backward: Sums = last.into_keys().map(|taken| (taken, 1.0)).collect();
     let mut marginals = vec![];
@@ -176,7 +176,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// All joint events, one by one: what each track is (0: not seen, else 1 + place among its
+    /// All joint events, one by one: what each track is (0: not seen, else 1 + index among its
     /// sightings), and the likelihood.
     fn events(tracks: &[Options]) -> Vec<(Vec<usize>, f64)> {
         let mut all = vec![(vec![], vec![], 1.0)];
@@ -265,8 +265,8 @@ mod tests {
         near(found[1].sightings[0].1, 6.4 / 7.24);
     }
 
-    /// Twenty tracks in a row, each of which shares a sighting with the next: a million events and
-    /// more, in an instant; the middle ones are all alike.
+    /// Twenty tracks in a row, each sharing a sighting with the next: more than a million events,
+    /// in an instant; the middle ones are all alike.
     #[test]
     fn a_long_row_is_summed_without_trying_all_events() {
         let of = |track: usize| Options {
@@ -276,7 +276,7 @@ mod tests {
         let tracks: Vec<Options> = (0..40).map(of).collect();
         let found = joint_probabilities(&tracks);
         for (a, b) in found.iter().zip(found.iter().rev()) {
-            // The row looks the same from its other end.
+            // The row looks the same from the other end.
             assert!((a.sightings[0].1 - b.sightings[1].1).abs() < 1e-9);
             let sum = a.missed + a.sightings[0].1 + a.sightings[1].1;
             assert!((sum - 1.0).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! Which line seen now is which line seen before; which point is which.
+//! Which line seen now is which line seen before, and which point is which.
 
 mod assignment;
 mod flip;

@@ -1,19 +1,18 @@
-//! In: the landmarks that one sighting may be. Out: which one it is, or that this is open.
+//! In: the candidate landmarks of one sighting. Out: which one it is, or that this is open.
 //!
-//! 1. Inside the gate, a confirmed landmark goes before an unconfirmed one. A line that noise threw
-//!    out of its wall's gate becomes a second landmark beside it. If both competed for later
+//! 1. Inside the gate, a confirmed landmark has priority over an unconfirmed one. A line that noise
+//!    threw out of its wall's gate becomes a second landmark beside it. If both competed for later
 //!    sightings, noise of one sign would go to one and of the other sign to the other, and both
 //!    would become walls, each certain and wrong.
-//! 2. A landmark whose known part overlaps the seen part goes before one across a gap; then the
-//!    nearer one in standard deviations wins.
-//! 3. A second landmark at another place that explains the sighting nearly as well makes it
-//!    ambiguous: it is dropped.
-//! 4. Outside of the gate but not far outside, it is dropped too. Only what is far from everything
-//!    is new.
+//! 2. A landmark whose known part overlaps the seen part has priority over one across a gap; after
+//!    that, the nearer one in standard deviations wins.
+//! 3. If a second landmark at another place explains the sighting nearly as well, the sighting is
+//!    ambiguous, and dropped.
+//! 4. A sighting just outside the gate is dropped too. Only what is far from every landmark is new.
 //!
-//! Why so cautious: an EKF cannot undo a wrong match, while a lost sighting costs next to nothing,
-//! for the next scan shows the wall again. Joint compatibility (`joint`) considers all lines of a
-//! scan together.
+//! Why so cautious: an EKF cannot undo a wrong match, while a dropped sighting costs next to
+//! nothing, because the next scan shows the wall again. Joint compatibility (`joint`) considers all
+//! lines of a scan together.
 
 use super::Paired;
 use crate::bounds::{Bounds, NOT_NEGATIVE, OutOfBounds, POSITIVE, check, config, or_no_limit};
@@ -22,19 +21,19 @@ use crate::geom::CHI2_2DOF_99;
 /// How the lines of a scan find their landmarks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AssociationMethod {
-    /// Each by itself, the nearest in its gate; dropped where two are as near. Needs no memory of
-    /// its own.
+    /// Each line by itself, with the nearest landmark in its gate; dropped if two are equally near.
+    /// Needs no memory of its own.
     Nearest,
-    /// All of a scan together ([`super::JointSearch`]): for walls that are close and alike, poses
-    /// that are less certain than walls are apart, and lines that are spoilt. One such line, taken
-    /// in first while the robot turned and so knew its heading badly, threw one of a hundred laps
-    /// of `loop` by 3 m; the other lines of its scan outvote it.
+    /// All lines of a scan together ([`super::JointSearch`]): for walls that are close and alike,
+    /// poses less certain than the distance between walls, and corrupted lines. One such line,
+    /// processed first while the robot turned and so was unsure of its heading, threw one of a
+    /// hundred laps of `loop` off by 3 m; the other lines of its scan outvote it.
     #[default]
     Joint,
 }
 
 impl AssociationMethod {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All of them, with their names in settings and for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("nearest", Self::Nearest, "one by one (nearest)"),
         ("joint", Self::Joint, "together (JCBB)"),
@@ -96,19 +95,18 @@ impl AssociationConfig {
     }
 }
 
-/// A landmark that a sighting may be.
+/// A candidate landmark for a sighting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
     /// Index of the landmark.
     pub index: usize,
     /// Squared Mahalanobis distance.
     pub d2: f64,
-    /// Free distance along the wall, m; 0 or less where the parts overlap.
+    /// Free distance along the wall, m; 0 or less if the parts overlap.
     pub gap: f64,
-    /// Whether the seen part cannot be taken for a part of this wall, by where along the line it
-    /// lies.
+    /// Whether the seen part lies too far along the line to be a part of this wall.
     pub is_beyond: bool,
-    /// Whether it was seen often enough to be a wall.
+    /// Whether it was seen often enough to be believed.
     pub is_confirmed: bool,
     /// Where the landmark is expected: α, rad, and signed r, m; of a point x and y, m.
     pub expected: [f64; 2],
@@ -121,13 +119,13 @@ pub enum Choice {
     Match(Candidate),
     /// One of several that cannot be distinguished.
     Ambiguous,
-    /// Outside of a landmark's gate, but not far outside.
+    /// Outside the gate of a landmark, but not far outside.
     NearMiss,
     /// No landmark so far.
     New,
 }
 
-/// Picks the landmark that a sighting is.
+/// Decides which landmark a sighting is.
 ///
 /// # Source   TDK 2016 §3.2 (gate); the rest as the module says.
 #[must_use]
@@ -157,7 +155,7 @@ pub fn choose(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
     Choice::Match(*best)
 }
 
-/// The landmarks inside the gate: the confirmed ones, or where there are none the others.
+/// The landmarks inside the gate: the confirmed ones, or if there are none, the others.
 pub fn plausible(candidates: &[Candidate], gate: f64) -> impl Iterator<Item = &Candidate> {
     let is_known = inside(candidates, gate).any(|c| c.is_confirmed);
     inside(candidates, gate).filter(move |c| c.is_confirmed == is_known)
@@ -168,7 +166,7 @@ fn inside(candidates: &[Candidate], gate: f64) -> impl Iterator<Item = &Candidat
     candidates.iter().filter(is_inside)
 }
 
-/// What a sighting is that matches no landmark.
+/// What a sighting is if it matches no landmark.
 fn new_or_near(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
     match inside(candidates, config.new_gate).next() {
         Some(_) => Choice::NearMiss,
@@ -176,8 +174,8 @@ fn new_or_near(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
     }
 }
 
-/// What a sighting is after all of its scan were matched together and found it to be `paired`. The
-/// state has moved since, so the pairing must still be near.
+/// What a sighting is, after matching all of its scan together found it to be `paired`. The state
+/// has moved since, so the pairing must still be near.
 #[must_use]
 pub fn choose_paired(
     candidates: &[Candidate],
@@ -279,7 +277,7 @@ mod tests {
             &[candidate(0, 2.0, -1.0, 1.0), candidate(1, 1.0, -1.0, 1.5)],
             Choice::Ambiguous,
         );
-        // Also where the second is outside of its own gate.
+        // Even if the second is outside its own gate.
         check(
             &[candidate(0, 10.0, -1.0, 1.0), candidate(1, 7.0, -1.0, 1.5)],
             Choice::Ambiguous,

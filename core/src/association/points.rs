@@ -1,14 +1,14 @@
-//! In: points of two scans. Out: which of the one are which of the other.
+//! In: points of two scans. Out: which points are the same.
 //!
 //! | way | needs | cost for n points |
 //! |---|---|---|
-//! | [`PointMatching::Exhaustive`] | where the robot is to a few σ | n² |
+//! | [`PointMatching::Exhaustive`] | the robot's motion to a few σ | n² |
 //! | [`PointMatching::Nearest`] | the same | n, by a hash grid ([`grid`]) |
-//! | [`PointMatching::Relations`] | nothing: any move | n⁴ at worst ([`relations`]) |
+//! | [`PointMatching::Relations`] | nothing: works for any motion | n⁴ at worst ([`relations`]) |
 //!
-//! Points of different kinds, and circles of different size, are never the same. A pair is as far
-//! apart as the squared Mahalanobis distance d² says, with the covariances of both points and of
-//! the motion; it is one within a gate.
+//! Points of different kinds, and circles of different sizes, are never the same. The distance of a
+//! pair is the squared Mahalanobis distance d², with the covariances of both points and of the
+//! motion; a pair must be within the gate.
 //!
 //! Source: Pilch 2016 §1.2.3, who names exhaustive search, nearest neighbours by an index, and
 //! cross-correlation of the relations among the points for large moves.
@@ -23,16 +23,16 @@ use crate::features::{PointFeature, PointKind};
 use crate::geom::{CHI2_2DOF_99, PoseEstimate};
 use grid::PointGrid;
 
-/// How the points of a scan are found again in the next.
+/// How the points of one scan are found again in the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PointMatching {
-    /// All pairs are compared; the nearest becomes one, then the nearest of what is left.
+    /// All pairs are compared; the nearest pair is matched, then the nearest of the rest.
     Exhaustive,
-    /// Two points that are each other's nearest. Where the gates of two pairs overlap it leaves out
-    /// what [`Self::Exhaustive`] would give to the second best.
+    /// Pairs of points that are each other's nearest. If the gates of two pairs overlap, this
+    /// leaves out what [`Self::Exhaustive`] would give to the second best.
     #[default]
     Nearest,
-    /// The placement in which most distances among the points agree.
+    /// The placement on which most distances among the points agree.
     Relations,
 }
 
@@ -89,19 +89,20 @@ impl PointMatchConfig {
 /// A point that was found again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointMatch {
-    /// Its place among the points before.
+    /// Its index among the points before.
     pub before: usize,
-    /// Its place among those now.
+    /// Its index among the points now.
     pub now: usize,
-    /// Squared Mahalanobis distance of both.
+    /// Squared Mahalanobis distance of the two.
     pub d2: f64,
 }
 
-/// Finds the points of one scan again in another; each at most once, in the order of those now.
+/// Finds the points of one scan again in another, each at most once, in the order of the points
+/// now.
 ///
 /// # Units    Each scan in its own robot frame, m. `now_from_before`: the motion, with its
-/// covariance (how the frame before stands in that of now); [`PointMatching::Relations`] does not
-/// look at it.
+/// covariance (the pose of the earlier frame in the present one); [`PointMatching::Relations`]
+/// ignores it.
 /// # Source   Pilch 2016 §1.2.3.
 #[must_use]
 pub fn match_points(
@@ -119,7 +120,7 @@ pub fn match_points(
     matches
 }
 
-/// The points before where they are expected now: Σ = R C Rᵀ + J P Jᵀ with J = (I, R' p).
+/// The earlier points where they are expected now: Σ = R C Rᵀ + J P Jᵀ with J = (I, R' p).
 fn moved(before: &[PointFeature], now_from_before: &PoseEstimate) -> Vec<PointFeature> {
     let pose = &now_from_before.pose;
     let turn = Matrix2::from_columns(&[Vector2::x(), Vector2::y()].map(|axis| pose.rotate(axis)));
@@ -138,7 +139,7 @@ fn moved(before: &[PointFeature], now_from_before: &PoseEstimate) -> Vec<PointFe
         .collect()
 }
 
-/// d² of two points of one kind; `None` where they cannot be the same.
+/// d² of two points of one kind; `None` if they cannot be the same.
 fn distance2(a: &PointFeature, b: &PointFeature) -> Option<f64> {
     if !are_alike(&a.kind, &b.kind) {
         return None;
@@ -148,7 +149,7 @@ fn distance2(a: &PointFeature, b: &PointFeature) -> Option<f64> {
     d2.is_finite().then_some(d2)
 }
 
-/// Whether both are of one kind; circles within 3 σ of one size.
+/// Whether both are of one kind; circles also need equal size within 3 σ.
 #[must_use]
 pub fn are_alike(a: &PointKind, b: &PointKind) -> bool {
     match (a, b) {
@@ -217,7 +218,7 @@ fn nearest(expected: &[PointFeature], now: &[PointFeature], gate: f64) -> Vec<Po
     of_now.iter().enumerate().filter_map(is_mutual).collect()
 }
 
-/// Where a point is.
+/// The position of a point.
 fn place(points: &[PointFeature], index: usize) -> Option<Point2<f64>> {
     points.get(index).map(|point| point.position)
 }

@@ -1,29 +1,29 @@
-//! How well sightings are found again, where the truth is known.
+//! How well sightings are found again, when the truth is known.
 //!
-//! Source: Pilch 2016 §1.2.3 for the task; the ratios are those of any detector, over the gate as
-//! its threshold a receiver operating characteristic (Fawcett 2006, "An introduction to ROC
+//! Source: Pilch 2016 §1.2.3 for the task. The ratios are those of any detector; with the gate as
+//! threshold they form a receiver operating characteristic (Fawcett 2006, "An introduction to ROC
 //! analysis").
 
-/// How often what was decided of sightings was right.
+/// How often the decisions about sightings were right.
 ///
-/// A sighting has a partner if what it is of is known already. It is found if it was taken for
+/// A sighting has a partner if what it shows is already known. It is found if it was matched to
 /// something known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RefindingCounts {
-    /// With a partner, and found as that.
+    /// With a partner, and matched to it.
     pub right: usize,
-    /// Taken for something that they are not, with a partner or without.
+    /// Matched to something that they are not, with or without a partner.
     pub wrong: usize,
     /// With a partner.
     pub with_partner: usize,
     /// Without a partner.
     pub without: usize,
-    /// Without a partner, and taken for something all the same.
+    /// Without a partner, but matched to something all the same.
     pub taken: usize,
 }
 
 impl RefindingCounts {
-    /// Counts a sighting; `found` tells, if it was found, whether rightly.
+    /// Counts a sighting; if it was found, `found` says whether rightly.
     pub fn count(&mut self, has_partner: bool, found: Option<bool>) {
         let is_right = found == Some(true);
         self.right += usize::from(is_right);
@@ -33,26 +33,26 @@ impl RefindingCounts {
         self.taken += usize::from(!has_partner && found.is_some());
     }
 
-    /// True positive rate: of those with a partner, the part found as that. NaN without any.
+    /// True positive rate: of those with a partner, the part matched to it. NaN without any.
     #[must_use]
     pub fn tpr(&self) -> f64 {
         ratio(self.right, self.with_partner)
     }
 
-    /// False positive rate: of those without a partner, the part found as something. NaN without
+    /// False positive rate: of those without a partner, the part matched to something. NaN without
     /// any.
     #[must_use]
     pub fn fpr(&self) -> f64 {
         ratio(self.taken, self.without)
     }
 
-    /// Positive predictive value: of those found, the part found rightly. NaN without any.
+    /// Positive predictive value: of those found, the part matched rightly. NaN without any.
     #[must_use]
     pub fn ppv(&self) -> f64 {
         ratio(self.right, self.right + self.wrong)
     }
 
-    /// Accuracy: the part of all of which was decided rightly. NaN without any.
+    /// Accuracy: the part of all sightings decided rightly. NaN without any.
     #[must_use]
     pub fn acc(&self) -> f64 {
         let rightly = self.right + (self.without - self.taken);
@@ -64,10 +64,10 @@ fn ratio(part: usize, whole: usize) -> f64 {
     part as f64 / whole as f64
 }
 
-/// The same for a row of gates at once: what would have been found with each.
+/// The same for several gates at once: what would have been found with each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefindingCurve {
-    /// Gates, d², rising, with what was counted at each.
+    /// Gates, d², in rising order, with the counts at each.
     points: Vec<(f64, RefindingCounts)>,
 }
 
@@ -81,7 +81,7 @@ impl RefindingCurve {
         }
     }
 
-    /// Counts a sighting by the d² of the nearest of what it may be, and whether it is that.
+    /// Counts a sighting by the d² of its nearest candidate, and whether that is the right one.
     pub fn count(&mut self, has_partner: bool, nearest: Option<(f64, bool)>) {
         for (gate, counts) in &mut self.points {
             let found = nearest.filter(|(d2, _)| d2 <= gate);
@@ -89,7 +89,7 @@ impl RefindingCurve {
         }
     }
 
-    /// Each gate with what was counted at it, in order.
+    /// Each gate with its counts, in order.
     #[must_use]
     pub fn points(&self) -> &[(f64, RefindingCounts)] {
         &self.points
@@ -106,8 +106,8 @@ mod tests {
     fn ratios_are_those_of_the_confusion_table() {
         let mut counts = RefindingCounts::default();
         assert!(counts.tpr().is_nan() && counts.ppv().is_nan());
-        // Of six with a partner four are found, one is taken for another, one is missed; of five
-        // without two are taken for something.
+        // Of six with a partner, four are found, one is matched to something else, one is missed;
+        // of five without, two are matched to something.
         let seen = [
             (true, Some(true), 4),
             (true, Some(false), 1),
@@ -125,7 +125,7 @@ mod tests {
     }
 
     proptest! {
-        /// By brute force over the gates, and both rates grow with the gate.
+        /// Compared with brute force over the gates; both rates grow with the gate.
         #[test]
         fn curve_is_what_each_gate_alone_would_have_counted(
             seen in prop::collection::vec((any::<bool>(), prop::option::of((0.0..50.0_f64, any::<bool>()))), 0..60),

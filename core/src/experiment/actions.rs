@@ -1,5 +1,5 @@
-//! What a person did to a run, and when. Done again at the same periods, the same configuration
-//! gives the same run, to the bit.
+//! What a person did to a run, and when. Repeating it at the same periods, with the same
+//! configuration, gives the same run to the bit.
 
 use std::collections::VecDeque;
 
@@ -7,7 +7,7 @@ use super::{Experiment, ExperimentError};
 use crate::pilot::Mode;
 use crate::settings::Settings;
 
-/// What a person may do to a run.
+/// What a person can do to a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// See [`Experiment::set_mode`].
@@ -16,13 +16,13 @@ pub enum Action {
     Drive([f64; 2]),
     /// See [`Experiment::stop`].
     Stop,
-    /// See [`Experiment::kidnap`]: to a place that the seed draws.
+    /// See [`Experiment::kidnap`]: to a place drawn from the seed.
     Kidnap,
     /// See [`Experiment::set_door`].
     SetDoor {
         /// Its number.
         door: usize,
-        /// Or shut.
+        /// Open, or shut.
         open: bool,
     },
     /// See [`Experiment::set_cycle`].
@@ -34,7 +34,7 @@ pub enum Action {
 /// An action, and when it was done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimedAction {
-    /// Control periods that were over by then.
+    /// Control periods that had ended by then.
     pub period: u64,
     /// Whether the pilot had already decided on the period that followed, as it has between two
     /// stages of the cycle.
@@ -43,21 +43,22 @@ pub struct TimedAction {
     pub action: Action,
 }
 
-/// What was done to a run, and what is still to be done again.
+/// What was done to a run, and what is still to be repeated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Actions {
     periods: u64,
     done: Vec<TimedAction>,
     due: VecDeque<TimedAction>,
-    /// Whether what is done just now is told by `due`.
+    /// Whether the present action comes from `due`.
     is_told: bool,
-    /// Whether somebody did something before all was done that was due: it is another run since.
+    /// Whether somebody intervened before everything due was done: since then it is a different
+    /// run.
     has_forked: bool,
     /// How often somebody did something that was not due.
     by_hand: u32,
-    /// What was done that no list of actions can tell.
+    /// Something was done that no list of actions can express.
     untold: Option<&'static str>,
-    /// Settings that were chosen anew by `due`, until somebody asks.
+    /// Settings changed by `due`, until they are taken.
     followed: Option<Box<Settings>>,
 }
 
@@ -80,7 +81,7 @@ impl Actions {
         self.untold.get_or_insert(what);
     }
 
-    /// Somebody does something that is not due: what was to follow does not.
+    /// Somebody does something that is not due: the rest of what was due is dropped.
     pub(super) fn fork(&mut self) {
         self.by_hand += u32::from(!self.is_told);
         if !self.is_told && !self.due.is_empty() {
@@ -89,7 +90,7 @@ impl Actions {
         }
     }
 
-    /// The next action that is due, the pilot having decided or not.
+    /// The next action that is due, depending on whether the pilot has decided.
     fn next_due(&mut self, is_decided: bool) -> Option<Action> {
         let when = (self.periods, is_decided);
         let next = self.due.front()?;
@@ -99,31 +100,31 @@ impl Actions {
     }
 }
 
-/// Something was done to the run that no list of actions can tell.
+/// Something was done to the run that no list of actions can express.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}: that cannot be done again from a list of actions")]
 pub struct Untold(&'static str);
 
-/// Why a run cannot begin again.
+/// Why a run cannot be repeated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AgainError {
-    /// What was done cannot be told.
+    /// What was done cannot be expressed.
     #[error(transparent)]
     Untold(#[from] Untold),
-    /// What it began with.
+    /// Its initial configuration cannot be used.
     #[error(transparent)]
     Start(#[from] ExperimentError),
 }
 
 impl Experiment {
-    /// Control periods since it began.
+    /// Control periods since the beginning.
     #[must_use]
     pub fn periods(&self) -> u64 {
         self.actions.periods
     }
 
-    /// What a person did so far.
+    /// What a person has done so far.
     ///
     /// # Errors    [`Untold`].
     pub fn actions(&self) -> Result<&[TimedAction], Untold> {
@@ -131,8 +132,8 @@ impl Experiment {
         untold.map_or(Ok(done), |what| Err(Untold(what)))
     }
 
-    /// The same run from its beginning, with all that was done, or is still to be done, due at its
-    /// period.
+    /// The same run from its beginning, with everything that was done, or is still to be done, due
+    /// at its period.
     ///
     /// # Errors    [`AgainError`].
     pub fn again(&self) -> Result<Self, AgainError> {
@@ -143,9 +144,9 @@ impl Experiment {
         Ok(again)
     }
 
-    /// From here on `actions`, in the order of time, are done each at its period. One that the run
-    /// refuses, as a door that does not exist, is passed over. Who does something else before they
-    /// are done goes another way: what is left of them is forgotten.
+    /// From here on, `actions`, in order of time, are done each at its period. One that the run
+    /// refuses, such as for a door that does not exist, is skipped. If somebody does something else
+    /// before all are done, the rest is dropped.
     pub fn follow(&mut self, actions: impl IntoIterator<Item = TimedAction>) {
         self.actions.due.extend(actions);
     }
@@ -156,21 +157,21 @@ impl Experiment {
         !self.actions.due.is_empty()
     }
 
-    /// Whether somebody went another way before all was done that was to be done again.
+    /// Whether somebody intervened before everything that was to be repeated was done.
     #[must_use]
     pub fn has_forked(&self) -> bool {
         self.actions.has_forked
     }
 
-    /// How often somebody did something to it that was not due. Whoever shows a run that began
-    /// again knows by this that it is another one since.
+    /// How often somebody did something that was not due. For a repeated run, this shows that it
+    /// has become a different run.
     #[must_use]
     pub fn by_hand(&self) -> u32 {
         self.actions.by_hand
     }
 
-    /// The settings that what is due has chosen since this was asked last. Whoever shows them does
-    /// not know otherwise that they are others now.
+    /// The settings that due actions have changed since the last call. A page that shows settings
+    /// needs this, because it cannot see that they have changed.
     pub fn take_followed_settings(&mut self) -> Option<Settings> {
         self.actions.followed.take().map(|settings| *settings)
     }

@@ -1,4 +1,4 @@
-//! What makes a run.
+//! What defines a run.
 
 use crate::pilot::{Mode, PilotConfig};
 use crate::robot::{OdometryCalibration, RobotModel, TrackWear};
@@ -7,29 +7,29 @@ use crate::sim::sensors::SonarModel;
 use crate::sim::{SensorModel, World};
 use crate::slam::{Method, PriorMap, SlamConfig};
 
-/// What makes a run; the same configuration makes the same run.
+/// What defines a run; the same configuration gives the same run.
 #[derive(Clone, Debug)]
 pub struct ExperimentConfig {
-    /// Where the robot is.
+    /// The world that the robot is in.
     pub world: World,
-    /// What it is.
+    /// The robot.
     pub robot: RobotModel,
-    /// What it sees with.
+    /// Its sensor.
     pub sensor: SensorModel,
-    /// Sonars beside it, which draw a map of their own. Default none.
+    /// Sonars in addition, which draw a map of their own. Default none.
     pub sonars_beside: Option<SonarModel>,
-    /// Of all noise.
+    /// Seed of all noise.
     pub seed: u64,
-    /// How it estimates.
+    /// How the pose is estimated.
     pub method: Method,
-    /// What it does at first.
+    /// The mode at the beginning.
     pub mode: Mode,
-    /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg)
-    /// also with a sensor that looks round all the time. Default false.
+    /// Whether the robot drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one
+    /// leg), even with a sensor that scans all the time. Default false.
     pub cycle: bool,
-    /// How the robot's tracks differ from its model; none: as the seed draws it.
+    /// How the robot's tracks differ from its model; `None`: as drawn from the seed.
     pub wear: Option<TrackWear>,
-    /// What is known of the odometry; how it errs is the robot's.
+    /// What is known of the odometry; its true errors belong to the robot.
     pub calibration: OdometryCalibration,
     /// Settings of the estimation.
     pub slam: SlamConfig,
@@ -43,13 +43,13 @@ impl ExperimentConfig {
     pub fn new(world: World, robot: RobotModel, sensor: SensorModel, seed: u64) -> Self {
         let settings = Settings::of(sensor, &robot);
         Self {
-            // Its body is the model's: no setting has changed it.
+            // Its body is as in the model: no setting has changed it.
             robot,
             ..Self::of(&settings, world, robot, seed)
         }
     }
 
-    /// The same with other settings.
+    /// The same with these settings.
     #[must_use]
     pub fn of(settings: &Settings, world: World, robot: RobotModel, seed: u64) -> Self {
         Self {
@@ -68,7 +68,8 @@ impl ExperimentConfig {
         }
     }
 
-    /// The settings of estimation; for a prior map without one of its own, the walls of the world.
+    /// The settings of estimation. A prior map that is required but not given is made from the
+    /// walls of the world.
     pub(super) fn slam_with_walls(&self) -> SlamConfig {
         let mut slam = self.slam.clone();
         if self.method.needs_prior_map() && slam.prior_map.faces.is_empty() {

@@ -14,9 +14,9 @@ pub struct Sample {
     pub stamp: Stamp,
     /// Where the robot was.
     pub truth: Pose2,
-    /// Where it believed to be.
+    /// The estimated pose.
     pub estimate: PoseEstimate,
-    /// Where odometry alone put it.
+    /// The pose by odometry alone.
     pub odometry: Pose2,
 }
 
@@ -47,13 +47,14 @@ impl Record {
         &self.samples
     }
 
-    /// True way driven, m.
+    /// True distance driven, m.
     #[must_use]
     pub fn distance(&self) -> f64 {
         self.distance
     }
 
-    /// Mean NEES over the scans of the run, 3 if the covariance is honest; `None` before the first.
+    /// Mean NEES over the scans of the run, 3 if the covariance is consistent; `None` before the
+    /// first scan.
     #[must_use]
     pub fn nees_mean(&self) -> Option<f64> {
         (self.nees_count > 0).then(|| self.nees_sum / self.nees_count as f64)
@@ -67,21 +68,21 @@ pub struct Figures {
     pub sim_seconds: f64,
     /// Part of the reachable area that is known, 0 to 1.
     pub explored_fraction: f64,
-    /// How often the robot touched something, and who came.
+    /// How often the robot touched something, and who moved.
     pub contacts: Contacts,
-    /// Distance of the estimated from the true position now, m.
+    /// Distance between estimated and true position now, m.
     pub position_error: f64,
     /// Difference of the headings now, rad, not negative.
     pub heading_error: f64,
-    /// Distance of the position by odometry from the true one now, m.
+    /// Distance between the position by odometry and the true one now, m.
     pub odometry_error: f64,
     /// Absolute trajectory error, m, after alignment.
     pub ate_rmse: Option<f64>,
-    /// Mean NEES over the run, 3 if honest.
+    /// Mean NEES over the run, 3 if consistent.
     pub nees_mean: Option<f64>,
     /// Walls in the line map.
     pub features: usize,
-    /// True way driven, m.
+    /// True distance driven, m.
     pub distance: f64,
     /// See [`Experiment::state_hash`].
     pub state_hash: u64,
@@ -89,7 +90,8 @@ pub struct Figures {
 
 impl Experiment {
     /// The figures of the run so far. `area` is that of the world, see
-    /// [`crate::sim::reachable_area`]: it costs more than a step, and does not change.
+    /// [`crate::sim::reachable_area`]: computing it takes longer than a step, and it does not
+    /// change.
     #[must_use]
     pub fn figures(&self, area: &ReachableArea) -> Figures {
         Figures {
@@ -108,12 +110,12 @@ impl Experiment {
         }
     }
 
-    /// Distance of the estimated from the true position now, m.
+    /// Distance between estimated and true position now, m.
     pub(crate) fn position_error(&self) -> f64 {
         self.off(self.session.estimate().pose)
     }
 
-    /// Distance of the position by odometry from the true one now, m.
+    /// Distance between the position by odometry and the true one now, m.
     pub(crate) fn odometry_error(&self) -> f64 {
         self.off(self.session.dead_reckoning())
     }

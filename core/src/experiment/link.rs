@@ -1,5 +1,5 @@
-//! An experiment as a line of text, short enough for an address: what it starts from, what a person
-//! did, and what came of it.
+//! An experiment as a line of text, short enough for an address: its beginning, what a person did,
+//! and the result.
 //!
 //! ```text
 //! run&world=office&sensor=lidar&method=line-ekf&seed=7&set=ekf.gate:9.2&do=120:goto,3.2,1.5;300:stop&until=400&hash=0123456789abcdef
@@ -7,18 +7,18 @@
 //!
 //! | field | |
 //! |---|---|
-//! | `world`, `sensor`, `method`, `seed` | by their names; all must be there |
+//! | `world`, `sensor`, `method`, `seed` | by their names; all are required |
 //! | `drawn` | in place of `world`: a world file that comes with the link, packed |
-//! | `mode` | what the robot does at first: `explore` (default) or `manual` |
+//! | `mode` | the mode at the beginning: `explore` (default) or `manual` |
 //! | `cycle` | `1`: it drives by the cycle |
-//! | `set` | settings other than their defaults, `KEY:NUMBER`, apart by `;` |
-//! | `do` | what was done, `PERIOD:ACTION`, apart by `;`, in the order of time; `PERIOD~:…` after the pilot had decided on the period |
+//! | `set` | settings that differ from their defaults, `KEY:NUMBER`, separated by `;` |
+//! | `do` | what was done, `PERIOD:ACTION`, separated by `;`, in order of time; `PERIOD~:…` if the pilot had already decided on the period |
 //! | `until`, `hash` | periods until the link was made, and the hash of the state then |
 //!
 //! Actions are `explore`, `manual`, `goto,X,Y`, `drive,FORWARD,TURN`, `stop`, `kidnap`,
-//! `door,NUMBER,1` (or 0: shut), `cycle,1` (or 0) and `set,KEY:NUMBER,…`: all settings other than
-//! their defaults. Lengths are in metres, angles in radians; a period is [`super::CONTROL_PERIOD`].
-//! What stands before a `#` is not read, so that a whole address is a link as well.
+//! `door,NUMBER,1` (or 0: shut), `cycle,1` (or 0) and `set,KEY:NUMBER,…`: all settings that differ
+//! from their defaults. Lengths are in metres, angles in radians; a period is
+//! [`super::CONTROL_PERIOD`]. Text before a `#` is ignored, so a whole address is a link as well.
 
 mod drawing;
 
@@ -33,51 +33,51 @@ use crate::settings::{Scope, SettingError, Settings, Source};
 use crate::sim::{SensorKind, World, worlds};
 use crate::slam::Method;
 
-/// Longer ones are not read, bytes, a world that comes with them aside: what is done in a link
-/// takes many times as much room as its letters do.
+/// Longer links are not read, bytes, not counting a world that comes with them: the actions in a
+/// link take many times as much memory as their letters.
 const MOST_BYTES: usize = 64_000;
-/// The same of the letters of a world that comes with it.
+/// The same for the letters of a world that comes with it.
 const MOST_DRAWN: usize = 1_400_000;
 
-/// Why a text is no link, or an experiment cannot be one.
+/// Why a text is not a link, or an experiment cannot be written as one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinkError {
-    /// Longer than browsers take.
+    /// Longer than browsers accept.
     #[error("the link is {0} bytes long, at most {MOST_BYTES}")]
     TooLong(usize),
-    /// Not begun by `run&`.
+    /// Does not begin with `run&`.
     #[error("that is no link to an experiment: such a one has `#run&world=…`")]
     NoLink,
-    /// A field that every link has.
+    /// A required field is missing.
     #[error("the link has no `{0}`")]
     Missing(&'static str),
-    /// A field of another name.
+    /// A field with an unknown name.
     #[error("the link has `{0}`, which is no field of one")]
     Field(String),
-    /// A field that does not say what it should.
+    /// A field with an invalid value.
     #[error("the link's `{field}` is `{found}`, expected {expected}")]
     Value {
         /// Its name.
         field: &'static str,
-        /// What it says.
+        /// Its value.
         found: String,
-        /// What it should say.
+        /// What it should be.
         expected: &'static str,
     },
-    /// More world than is packed into a link, or unpacked from one.
+    /// A world too large to be packed into a link, or unpacked from one.
     #[error("the world of the link is {0} bytes long, at most {most}", most = drawing::MOST_TEXT)]
     DrawingTooLong(usize),
-    /// A world that comes with the link and cannot be unpacked.
+    /// A world in the link that cannot be unpacked.
     #[error("the world in the link is damaged: it was perhaps not copied as a whole")]
     Damaged,
-    /// The same, unpacked, and no world that a robot can be in.
+    /// A world in the link that was unpacked, but that no robot can be in.
     #[error("the world in the link: {0}")]
     Drawing(String),
-    /// No built-in world of that name.
+    /// There is no built-in world with that name.
     #[error("the link's world is `{0}`, expected one of {expected}", expected = worlds::NAMES.join(", "))]
     World(String),
-    /// A setting.
+    /// A setting is wrong.
     #[error("the link's settings: {0}")]
     Setting(#[from] SettingError),
 }
@@ -117,22 +117,22 @@ impl fmt::Display for Place {
     }
 }
 
-/// An experiment that can be done again.
+/// An experiment that can be repeated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
-    /// Where.
+    /// Where it takes place.
     pub world: Place,
-    /// What the robot sees with.
+    /// The robot's sensor.
     pub sensor: SensorKind,
-    /// How it estimates.
+    /// How the pose is estimated.
     pub method: Method,
-    /// Of all noise.
+    /// Seed of all noise.
     pub seed: u64,
-    /// What it does at first: by hand or exploring.
+    /// The mode at the beginning: by hand or exploring.
     pub mode: Mode,
     /// Whether it drives by the cycle.
     pub cycle: bool,
-    /// Settings other than their defaults.
+    /// Settings that differ from their defaults.
     pub settings: Vec<(String, f64)>,
     /// What was done.
     pub actions: Vec<TimedAction>,
@@ -141,7 +141,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// Reads a link, or an address with one behind its `#`.
+    /// Reads a link, or an address with a link after its `#`.
     ///
     /// # Errors    [`LinkError`], naming the first field that is wrong.
     pub fn read(text: &str) -> Result<Self, LinkError> {
@@ -151,7 +151,7 @@ impl Link {
         let behind = text.split_once('#').map_or(text, |(_, behind)| behind);
         let fields = behind.trim().strip_prefix("run&");
         let fields = fields.ok_or(LinkError::NoLink)?;
-        // What is too long is told so first, whatever stands in it.
+        // A text that is too long is reported first, whatever it contains.
         let drawn = fields.split("&drawn=").nth(1).unwrap_or_default();
         let drawn = drawn.split('&').next().map_or(0, str::len);
         if drawn > MOST_DRAWN || text.len() - drawn > MOST_BYTES {
@@ -170,8 +170,8 @@ impl Link {
         given.link()
     }
 
-    /// The text of it. What an address can hold, and what a messenger lets through, is less than
-    /// what is read: whoever gives it away says so.
+    /// The text of the link. Addresses and messengers may allow less than this module can read:
+    /// callers that share it should say so.
     ///
     /// # Errors    [`LinkError::TooLong`], [`LinkError::DrawingTooLong`].
     pub fn write(&self) -> Result<String, LinkError> {
@@ -205,8 +205,8 @@ impl Link {
         if text.len() > MOST_BYTES {
             return Err(LinkError::TooLong(text.len()));
         }
-        // At the end: of a link that was cut short it is the world that lacks something, and so it
-        // is noticed.
+        // At the end: if a link was cut short, it is the world that is incomplete, and so this is
+        // noticed.
         if let Place::Drawn(world) = &self.world {
             text += "&drawn=";
             text += &drawing::pack(world)?;
@@ -214,7 +214,7 @@ impl Link {
         Ok(text)
     }
 
-    /// The run that it begins with, and its settings before any change.
+    /// The run at its beginning, and its settings before any change.
     ///
     /// # Errors    [`LinkError::World`], [`LinkError::Drawing`], [`LinkError::Setting`].
     pub fn config(&self) -> Result<(ExperimentConfig, Settings), LinkError> {
@@ -255,7 +255,7 @@ const NAMES: [&str; 11] = [
     "world", "sensor", "method", "seed", "mode", "cycle", "set", "do", "until", "hash", "drawn",
 ];
 
-/// What a text says of each of [`NAMES`].
+/// The value of each of [`NAMES`] in a text.
 #[derive(Default)]
 struct Given<'a>([Option<&'a str>; NAMES.len()]);
 
@@ -277,7 +277,7 @@ impl Given<'_> {
             ],
         ) = *self;
         let world = match (world, drawn) {
-            // Who mistypes it is told so first, whatever else is missing.
+            // A mistyped world is reported first, whatever else is missing.
             (Some(name), None) if !worlds::NAMES.contains(&name) => {
                 return Err(LinkError::World(name.to_owned()));
             }
@@ -308,7 +308,7 @@ impl Given<'_> {
             actions: vec![],
             result: None,
         };
-        // World and settings are what they say before actions are read by them.
+        // World and settings must be known before actions are read.
         let (config, defaults) = link.config()?;
         let actions = done.into_iter().flat_map(|done| done.split(';'));
         let doors = config.world.doors.len();
@@ -429,7 +429,7 @@ fn whole(field: &'static str, text: &str) -> Result<u64, LinkError> {
     number.ok_or_else(|| wrong(field, text, "a whole number"))
 }
 
-/// Letters of what is wrong that are repeated.
+/// Letters of an invalid value that are quoted.
 const SHOWN: usize = 60;
 
 fn wrong(field: &'static str, found: &str, expected: &'static str) -> LinkError {

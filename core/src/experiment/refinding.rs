@@ -1,15 +1,15 @@
-//! How well the line filter finds again what it knows, scan by scan against the truth: true and
-//! false positive rate over the gate.
+//! How well the line filter finds again what it knows, scan by scan compared with the truth: true
+//! and false positive rate over the gate.
 //!
-//! 1. What a line or a point of the scan is of is told by the world ([`Things`]). A landmark is of
-//!    what its first sighting was of. Where the world does not tell, as of a line across a gap, of
-//!    a sighting or of the landmark that it is nearest to, there is nothing to judge.
-//! 2. A sighting has a partner if a landmark of the same thing was known before the scan; of a
-//!    wall, one whose known part overlaps with what is seen, for parts of one wall are found again
-//!    as such only where they meet.
-//! 3. What each gate would have decided is read off the nearest candidate: found if its d² is
-//!    within the gate. The run goes on with the gate that is set, so its landmarks and covariances
-//!    are those of that gate.
+//! 1. The world knows what a line or a point of the scan shows ([`Things`]). A landmark shows what
+//!    its first sighting showed. If the world does not know this for a sighting or for the landmark
+//!    nearest to it, for example for a line across a gap, nothing is judged.
+//! 2. A sighting has a partner if a landmark of the same thing was known before the scan. For a
+//!    wall, the landmark's known part must overlap with what is seen, because parts of one wall are
+//!    recognised as the same only where they meet.
+//! 3. The decision of each gate follows from the nearest candidate: found if its d² is within the
+//!    gate. The run goes on with the gate that is set, so its landmarks and covariances are those
+//!    of that gate.
 
 use std::collections::BTreeMap;
 
@@ -22,12 +22,12 @@ use crate::geom::Pose2;
 use crate::sim::{Thing, Things, World};
 use crate::slam::{SlamConfig, View};
 
-/// Gates of the curve: so many from the least to the greatest, each by the same factor larger.
+/// Number of gates of the curve, from the least to the greatest, each larger by the same factor.
 const GATES: i32 = 41;
 const LEAST_GATE: f64 = 0.01;
 const GREATEST_GATE: f64 = 100.0;
 
-/// Counts of a run.
+/// The counts of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Refinding {
     things: Things,
@@ -50,8 +50,8 @@ impl Refinding {
         &self.curve
     }
 
-    /// Counts the last scan, whose features stand in the robot frame at `world_from_robot`, which
-    /// is believed to be `map_from_robot`.
+    /// Counts the last scan. Its features are in the robot frame at `world_from_robot`, whose
+    /// estimate is `map_from_robot`.
     pub(super) fn count(
         &mut self,
         view: &View,
@@ -131,7 +131,8 @@ impl Refinding {
         known.any(|known| known.is_same(thing))
     }
 
-    /// Whether a part of a wall that overlaps with what is seen of it, map frame, was known before.
+    /// Whether a part of a wall that overlaps with the seen part of it, map frame, was known
+    /// before.
     fn knows_wall(&self, view: &View, thing: &Thing, seen: [Point2<f64>; 2]) -> bool {
         view.landmarks.iter().any(|wall| {
             let known = self.of_landmark.get(&wall.id);

@@ -1,5 +1,5 @@
 //! The cycle: the same bits stage by stage, every stage in its turn, and every sensor that can scan
-//! gets to its goal.
+//! reaches its goal.
 
 mod beside;
 mod kidnap;
@@ -36,8 +36,8 @@ fn stage_by_stage_is_the_same_run_to_the_bit() {
         let mut by_stage = in_cycle("arena", sensor, goal, 3);
         let mut whole = in_cycle("arena", sensor, goal, 3);
         let mut stages = vec![];
-        // Ten stages leave off in the middle of a period, with reports not shown yet; then it goes
-        // on without a hold.
+        // Ten stages end in the middle of a period, with reports not shown yet; then it continues
+        // without pausing.
         for _ in 0..10 {
             stages.extend(by_stage.next_stage().unwrap());
         }
@@ -81,7 +81,7 @@ fn stages_come_in_the_order_of_the_source() {
         };
         let follows = match stage {
             Stage::Init => false,
-            // After a leg, after a turn that a scan follows, and where there is no way.
+            // After a leg, after a turn that is followed by a scan, and if there is no path.
             Stage::Scan => matches!(last, Stage::Go | Stage::Turn | Stage::Plan),
             // A turn may need a second one.
             Stage::Turn => matches!(last, Stage::Truncate | Stage::Turn),
@@ -128,7 +128,7 @@ fn scans_of_a_standing_twin_show_the_noise_of_the_sensor_and_leave_the_run_alone
     use crate::points::{Growth, estimate_sigma};
     use crate::sim::sensors::LidarModel;
     let world = worlds::builtin("office").unwrap();
-    // A bearing that errs adds to the range along a slanting wall.
+    // An error of the bearing adds to the range along a slanting wall.
     let lidar = SensorModel::Lidar(LidarModel {
         bearing_sigma: 0.0,
         ..LidarModel::default()

@@ -1,9 +1,9 @@
 //! In: a piece. Out: its line, if it is surely a wall.
 //!
-//! 1. Points at a corner or an edge are given up on both sides: which wall they belong to is
-//!    anyone's guess, and the wrong guess pulls the line every time the same way.
-//! 2. Fit with covariance; short, sparse, crooked and bent pieces are refused. A filter is ruined
-//!    by one wrong line and hardly misses a true one.
+//! 1. Points at a corner or an edge are discarded on both sides: which wall they belong to is a
+//!    guess, and a wrong guess pulls the line the same way every time.
+//! 2. Fit with covariance. Short, sparse, crooked and bent pieces are refused: one wrong line ruins
+//!    a filter, while a true one is hardly missed.
 
 use super::columns::Columns;
 use super::config::AcceptConfig;
@@ -11,7 +11,7 @@ use super::fit::{Fit, fit_columns};
 use super::piece::Piece;
 use crate::geom::{Length, chi2_quantile};
 
-/// The line of a piece and χ² of its points; `None` where it is refused.
+/// The line of a piece and χ² of its points; `None` if it is refused.
 pub(super) fn accept(
     columns: &mut Columns,
     mut piece: Piece,

@@ -1,19 +1,20 @@
-//! In: runs of neighbours. Out: round things that stand free: posts, pillars, legs.
+//! In: runs of neighbours. Out: round things that stand alone: posts, pillars, legs.
 //!
-//! 1. Only runs no wider than the largest circle are looked at: a pillar that stands free is a run
-//!    of its own, for beams that miss it end far behind it.
-//! 2. Votes, for each radius in a layer of its own: each point votes for the middles of all circles
-//!    of that radius through it that lie behind it as its beam sees it. The cell with most votes,
-//!    each counted as a part of those that the circle's width and a cell would give (less would
-//!    favour thin circles, whose arcs any surface touches for a cell's width), is a guess.
-//! 3. The guess is refined by a weighted fit ([`fit`]), with covariance, and its points anew.
-//! 4. It stays if an arc of at least `min_arc` was seen from outside, if the residuals are what
-//!    noise explains, if its radius is surely not that of something flatter, and if a bend of two
-//!    straight lines explains the points less well. Its points take back their votes, and the next
+//! 1. Only runs no wider than the largest circle are considered: a pillar that stands alone is a
+//!    run of its own, because beams that miss it end far behind it.
+//! 2. Votes, in a separate layer for each radius: each point votes for the centres of all circles
+//!    of that radius through it that lie behind it along its beam. Votes are counted relative to
+//!    what the circle's width plus one cell would give; with less, thin circles would be favoured,
+//!    because any surface touches their arcs for a cell's width. The cell with the most is a guess.
+//! 3. The guess is refined by a weighted fit ([`fit`]), with covariance, and its points are chosen
+//!    anew.
+//! 4. It is kept if an arc of at least `min_arc` was seen from outside, if noise explains the
+//!    residuals, if its radius is surely not that of something flatter, and if two straight lines
+//!    with a bend explain the points less well. Its points take back their votes, and the next
 //!    circle of the run is looked for (two legs beside each other).
 //!
 //! Source: Duda & Hart (1972); Pilch 2016 §1.2.1, eq. (1.9). Pilch solves the circle's equation for
-//! one coordinate in each column; here votes go along the arc, equally dense everywhere.
+//! one coordinate in each column; here votes go along the arc, at equal density everywhere.
 
 mod fit;
 mod votes;
@@ -60,12 +61,12 @@ config! {
 
 /// A point is on a circle within so many standard deviations.
 const ON_IT_SIGMAS: f64 = 3.0;
-/// Guesses of a run that are looked at.
+/// Most guesses of a run that are checked.
 const MOST_GUESSES: usize = 8;
-/// Times that points and circle are found anew.
+/// How often points and circle are found anew, at most.
 const MOST_STEPS: usize = 5;
 
-/// The circles of the runs, which stand one after the other in the columns; added to `found`.
+/// The circles of the runs, which follow each other in the columns; added to `found`.
 pub(super) fn circles(
     columns: &Columns,
     runs: impl IntoIterator<Item = Range<usize>>,
@@ -102,7 +103,7 @@ fn width(columns: &Columns, run: &Range<usize>) -> f64 {
     (high - low).max()
 }
 
-/// A middle and a radius.
+/// A centre and a radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Circle {
     middle: Point2<f64>,
@@ -183,8 +184,8 @@ impl Round {
         })
     }
 
-    /// The arc over which points were seen, rad; 0 where most lie on the far side of the middle, as
-    /// in a round niche.
+    /// The arc over which points were seen, rad; 0 if most lie on the far side of the centre, as in
+    /// a round niche.
     fn arc(&self, columns: &Columns) -> f64 {
         let Some(&first) = self.points.first() else {
             return 0.0;
@@ -199,7 +200,7 @@ impl Round {
         if 2 * n_facing <= self.points.len() {
             return 0.0;
         }
-        // Angles about the middle from that of the first point on.
+        // Angles about the centre, from that of the first point on.
         let zero = out(first);
         let angles = self.points.iter().map(|&index| {
             let out = out(index);

@@ -1,9 +1,9 @@
-//! Split by a distance: the classic split-and-merge with the line through the end points.
+//! Split by a distance: classic split-and-merge, with the line through the end points.
 //!
-//! 1. A set of points is one line while none is farther than the threshold from the line through
-//!    the first and the last.
-//! 2. Else it is split at the farthest one.
-//! 3. Neighbours merge where none of their points is farther than the threshold from the line
+//! 1. A set of points is one line if none is farther than the threshold from the line through the
+//!    first and the last.
+//! 2. Otherwise it is split at the farthest point.
+//! 3. Neighbouring pieces merge if none of their points is farther than the threshold from the line
 //!    fitted to both.
 //!
 //! Source: Pilch 2016 §1.2, eq. (1.6); TDK 2016 §4.2, fig. 4.4; Nguyen et al. (2007), "A comparison
@@ -27,7 +27,7 @@ config! {
 }
 
 impl Classic {
-    /// Splits a run of points; `pieces` gets its lines in order.
+    /// Splits a run of points; `pieces` receives its lines in order.
     pub(super) fn split(
         &self,
         columns: &Columns,
@@ -40,7 +40,7 @@ impl Classic {
         while let Some(piece) = stack.pop() {
             match piece.farthest_from_chord(columns) {
                 Some((corner, distance)) if distance > self.threshold => {
-                    // The earlier part is taken first.
+                    // The earlier part is processed first.
                     let [earlier, later] = piece.split_after(columns, corner);
                     stack.push(later);
                     stack.push(earlier);

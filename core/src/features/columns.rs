@@ -1,15 +1,15 @@
-//! In: beams. Out: what the sums need of them, number by number, so that four points are worked on
-//! at a time.
+//! In: beams. Out: the numbers that the sums need of them, in columns, so that four points are
+//! processed at a time.
 //!
-//! What the columns hold of one beam is said by `Sample::of`, the plain form, to which the tests
-//! hold them. The columns are faster, and trade for it:
+//! The plain form is `Sample::of`: it says what the columns hold for one beam, and the tests
+//! compare the columns with it. The columns are faster, at a price:
 //!
-//! 1. Layout. Four neighbours stand together: four x, then four y and so on. [`Blocks`] hands out
-//!    those of a range; where the range does not begin or end with a four, the lanes outside of it
-//!    have `keep` 0. So has a point that is skipped. The last four are filled up with repetitions
-//!    of the last point.
+//! 1. Layout. Four neighbours stand together: four x, then four y and so on. [`Blocks`] returns
+//!    those of a range. If the range does not begin or end with a group of four, the lanes outside
+//!    of it have `keep` 0; so does a skipped point. The last group is padded with copies of the
+//!    last point.
 //! 2. The last digit. One division gives both 1/ρ and 1/σ.
-//! 3. Memory. Prefix sums, so that the line through any range costs a few operations.
+//! 3. Memory. Prefix sums, so the line through any range costs a few operations.
 
 use std::ops::Range;
 
@@ -19,20 +19,20 @@ use super::moments::Moments;
 use crate::lanes::{Kernel, LANES, Lanes, greatest, least, run};
 use crate::points::Beam;
 
-/// What the sensor and the surface add to every point.
+/// Errors of the sensor and the surface that affect every point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Noise {
     /// Standard deviation of a bearing, rad.
     pub(super) bearing_sigma: f64,
-    /// How far from flat a wall may be, m.
+    /// How far from flat a wall may be, one standard deviation, m.
     pub(super) surface_sigma: f64,
 }
 
-/// What the sums need of one beam.
+/// The numbers that the sums need of one beam.
 #[cfg(test)]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
-    /// Where the beam ends, and the direction in which it runs there.
+    /// Where the beam ends, and its direction there.
     pub(super) end: Vector2<f64>,
     pub(super) along: Vector2<f64>,
     /// 1/σ² of the range.
@@ -40,11 +40,11 @@ pub(super) struct Sample {
     /// Variances of the end along the beam and across it, m².
     pub(super) var_along: f64,
     pub(super) var_across: f64,
-    /// Number of the beam in the scan.
+    /// Index of the beam in the scan.
     pub(super) number: f64,
 }
 
-/// As a textbook writes it.
+/// Written as in a textbook.
 #[cfg(test)]
 pub(super) fn square(x: f64) -> f64 {
     x * x
@@ -63,7 +63,7 @@ impl Sample {
         }
     }
 
-    /// At right angles to the beam.
+    /// The direction perpendicular to the beam.
     pub(super) fn across(&self) -> Vector2<f64> {
         Vector2::new(-self.along.y, self.along.x)
     }
@@ -80,7 +80,7 @@ impl Sample {
 pub(super) struct Columns {
     noise: Noise,
     extremes: Extremes,
-    /// Which beam each point is.
+    /// The beam of each point.
     sources: Vec<usize>,
     fours: Vec<Four>,
     n_dropped: usize,
@@ -88,7 +88,7 @@ pub(super) struct Columns {
     prefix: Vec<Moments>,
 }
 
-/// What tells whether sums can take the numbers, and bounds their noise.
+/// Shows whether sums can handle the numbers, and bounds their noise.
 #[derive(Clone, Copy, Debug)]
 struct Extremes {
     /// Largest standard deviation of a range or a bearing, m.
@@ -107,7 +107,7 @@ impl Default for Extremes {
 }
 
 impl Columns {
-    /// Fills the columns with the beams of some ranges, on which something came back.
+    /// Fills the columns with the beams of some ranges, all of which must be hits.
     pub(super) fn load(
         &mut self,
         beams: &[Beam],
@@ -134,7 +134,7 @@ impl Columns {
         });
     }
 
-    /// Whether all numbers are such as sums can take: finite, ranges and sigmas greater than 0.
+    /// Whether sums can handle all numbers: finite, with ranges and sigmas greater than 0.
     pub(super) fn is_usable(&self) -> bool {
         let sum = self.moments(&(0..self.len()));
         let Extremes { largest, smallest } = self.extremes;
@@ -156,7 +156,7 @@ impl Columns {
         self.extremes.smallest
     }
 
-    /// Which of the beams a point is.
+    /// The beam of a point.
     pub(super) fn source(&self, index: usize) -> usize {
         self.sources[index]
     }
@@ -174,7 +174,7 @@ impl Columns {
         Vector2::new(four.ux[lane], four.uy[lane])
     }
 
-    /// Number of a point's beam in the scan.
+    /// Index of a point's beam in the scan.
     pub(super) fn number(&self, index: usize) -> usize {
         let (four, lane) = self.four(index);
         four.number[lane] as usize
@@ -186,7 +186,7 @@ impl Columns {
         four.keep[lane] > 0.0
     }
 
-    /// From here on the sums skip a point.
+    /// From here on, the sums skip a point.
     pub(super) fn drop_point(&mut self, index: usize) {
         if let Some(four) = self.fours.get_mut(index / LANES) {
             four.keep[index % LANES] = 0.0;
@@ -194,7 +194,7 @@ impl Columns {
         }
     }
 
-    /// Whether no point at all is skipped.
+    /// Whether no point is skipped.
     #[inline]
     pub(super) fn all_kept(&self) -> bool {
         self.n_dropped == 0
@@ -217,13 +217,13 @@ impl Columns {
         self.prefix[range.end].minus(&self.prefix[range.start])
     }
 
-    /// Variance of a point's distance from a line with this normal; with the roughness of the
+    /// Variance of a point's distance from a line with this normal, including the roughness of the
     /// surface.
     pub(super) fn variance(&self, index: usize, normal: &Vector2<f64>) -> f64 {
         self.spread(index, normal) + self.var_surface()
     }
 
-    /// Variance of g · p for a point p and any vector g, by the noise of its beam.
+    /// Variance of g · p for a point p and any vector g, from the noise of its beam.
     pub(super) fn spread(&self, index: usize, g: &Vector2<f64>) -> f64 {
         let (four, lane) = self.four(index);
         let along = self.direction(index);
@@ -236,8 +236,8 @@ impl Columns {
         cos * cos * four.var_along[lane] + by_bearing
     }
 
-    /// The same for a line across the beam: variance of the range, with the roughness of the
-    /// surface.
+    /// The same for a line perpendicular to the beam: variance of the range, including the
+    /// roughness of the surface.
     pub(super) fn variance_along(&self, index: usize) -> f64 {
         let (four, lane) = self.four(index);
         four.var_along[lane] + self.var_surface()
@@ -249,7 +249,7 @@ impl Columns {
         self.noise.surface_sigma * self.noise.surface_sigma
     }
 
-    /// Whether bearings are exact: then half of the sums are none.
+    /// Whether bearings are exact: then half of the sums are zero.
     #[inline]
     pub(super) fn bearings_are_exact(&self) -> bool {
         self.noise.bearing_sigma <= 0.0
@@ -275,22 +275,22 @@ impl Columns {
 }
 
 /// A range of the columns. Loops count and call [`Self::at`]: an iterator over [`Block`]s would not
-/// be inlined, and copy all nine.
+/// be inlined, and would copy all nine.
 pub(super) struct Blocks<'a> {
-    /// Number of the first four.
+    /// Index of the first group of four.
     first: usize,
     fours: &'a [Four],
-    /// Which lanes of the first four lie within the range.
+    /// Which lanes of the first group lie within the range.
     head: [f64; LANES],
-    /// Which lanes of the last four do.
+    /// Which lanes of the last group do.
     tail: [f64; LANES],
 }
 
-/// Four neighbours, as they are kept.
+/// Four neighbours, as they are stored.
 type Four = Block<[f64; LANES]>;
 
-/// Four neighbours; unit vectors (`ux`, `uy`) run along the beams. Lanes outside of the range that
-/// is worked on have `keep` 0.
+/// Four neighbours; unit vectors (`ux`, `uy`) run along the beams. Lanes outside the range being
+/// processed have `keep` 0.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(32))]
 pub(super) struct Block<L> {
@@ -302,11 +302,11 @@ pub(super) struct Block<L> {
     pub(super) weight: L,
     /// σ² of the range.
     pub(super) var_along: L,
-    /// σ² of the bearing times range²; anything where bearings are exact.
+    /// σ² of the bearing times range²; undefined if bearings are exact.
     pub(super) var_across: L,
-    /// Number of the beam in the scan.
+    /// Index of the beam in the scan.
     pub(super) number: L,
-    /// 1, or 0 where the point is skipped.
+    /// 1, or 0 if the point is skipped.
     pub(super) keep: L,
 }
 
@@ -348,15 +348,15 @@ impl Blocks<'_> {
 }
 
 impl<L: Lanes> Block<L> {
-    /// Variances of the distances from a line with normal (`nx`, `ny`), without what the bearings
-    /// add.
+    /// Variances of the distances from a line with normal (`nx`, `ny`), without the part of the
+    /// bearings.
     #[inline(always)]
     pub(super) fn variance_by_range(&self, nx: L, ny: L) -> L {
         let cos = nx * self.ux + ny * self.uy;
         cos * cos * self.var_along
     }
 
-    /// What the bearings add.
+    /// The part of the bearings.
     #[inline(always)]
     pub(super) fn variance_by_bearing(&self, nx: L, ny: L) -> L {
         let sin = nx * self.uy - ny * self.ux;
@@ -364,7 +364,7 @@ impl<L: Lanes> Block<L> {
     }
 }
 
-/// [`WITHIN`]`[k]` has the first k lanes, [`WITHIN`]`[4 + k]` all but those.
+/// [`WITHIN`]`[k]` keeps the first k lanes, [`WITHIN`]`[4 + k]` all but those.
 const WITHIN: [[f64; LANES]; 2 * LANES] = [
     [0.0, 0.0, 0.0, 0.0],
     [1.0, 0.0, 0.0, 0.0],
@@ -401,7 +401,7 @@ impl Kernel for Load<'_> {
         let after = after.as_chunks_mut::<LANES>().0;
         let places = self.fours.iter_mut().zip(after);
         for (sources, (four, after)) in self.sources.chunks(LANES).zip(places) {
-            // Lanes past the last beam repeat one.
+            // Lanes after the last beam repeat one.
             let [a, b, c, d] = match *sources {
                 [a, b, c, d] => [a, b, c, d],
                 [a, b, c] => [a, b, c, c],
@@ -432,7 +432,7 @@ impl Kernel for Load<'_> {
                 weight: weight.to_array(),
                 var_along: (sigma * sigma).to_array(),
                 var_across: (across * across).to_array(),
-                // Signed: one instruction, where unsigned is six.
+                // Signed: one instruction, whereas unsigned takes six.
                 number: lane(|b| b.beam_idx as i64 as f64).to_array(),
                 keep: [1.0; LANES],
             };

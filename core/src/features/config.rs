@@ -9,16 +9,16 @@ use super::ransac::Ransac;
 use crate::bounds::{Bounds, OutOfBounds, PART, check, config, or_no_limit};
 use crate::points::{BreakRule, SegmentationConfig, SpacingModel};
 
-/// How a run of points is split into lines. The first three follow the points one after the other,
-/// the last two look for lines among them in any order.
+/// How a run of points is split into lines. The first three rules follow the points one after the
+/// other; the last two look for lines among them in any order.
 ///
 /// | rule | one line while | needs to know |
 /// |---|---|---|
-/// | [`NoiseAware`] | Σ\|d\| is what noise explains | σ of each beam |
+/// | [`NoiseAware`] | noise explains Σ\|d\| | σ of each beam |
 /// | [`Classic`] | no point is farther than a threshold from the end-point line | a threshold that suits the noise |
 /// | [`Pilch`] | S_E and r² of a growing line hold | a largest error that suits noise and length |
 /// | [`Ransac`] | its points are within n σ of a line through two of them | σ of each beam |
-/// | [`Hough`] | its points are within n σ of a line that many voted for | σ of each beam |
+/// | [`Hough`] | its points are within n σ of a line with many votes | σ of each beam |
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SplitRule {
     /// TDK 2016 §4.2.
@@ -34,7 +34,7 @@ pub enum SplitRule {
 }
 
 impl SplitRule {
-    /// All rules with their default figures, with the names used by settings, and what a person
+    /// All rules with their default settings, with their names in settings and for people.
     /// calls them.
     #[must_use]
     pub fn all() -> [(&'static str, Self, &'static str); 5] {
@@ -112,7 +112,7 @@ config! {
 }
 
 impl AcceptConfig {
-    /// Every line of at least so many points and so long, m, good or bad.
+    /// Every line with at least this many points and this length, m, good or bad.
     #[must_use]
     pub fn all(min_points: usize, min_length: f64) -> Self {
         Self {
@@ -128,12 +128,13 @@ impl AcceptConfig {
 }
 
 impl LineConfig {
-    /// For few, noisy readings of a short reach: 180 of four infra-red rangers, over at most 1.5 m.
+    /// For few, noisy readings of a short range: 180 from four infra-red rangers, over at most 1.5
+    /// m.
     ///
-    /// With the figures for lidars a sweep shows one line or none, as half of a wall lies out of
-    /// sight, and the sides of boxes are shorter than 0.5 m: the robot then reached its goal in 4
-    /// of 20 runs in `arena`, with these in 39 of 40. People become walls by them, for a scan or
-    /// two; a robot that sees 1.5 m meets few.
+    /// With the settings for lidars a sweep shows one line or none, because half of a wall is out
+    /// of sight, and the sides of boxes are shorter than 0.5 m: the robot then reached its goal in
+    /// 4 of 20 runs in `arena`, with these settings in 39 of 40. With these, people become walls
+    /// for a scan or two; a robot that sees 1.5 m meets few.
     #[must_use]
     pub fn short_range() -> Self {
         Self {
@@ -148,8 +149,7 @@ impl LineConfig {
         }
     }
 
-    /// The textbook's split-and-merge, without anything that knows of noise: to compare and to
-    /// teach.
+    /// The textbook's split-and-merge, which knows nothing of noise: for comparison and teaching.
     #[must_use]
     pub fn classic(threshold: f64) -> Self {
         Self {
@@ -217,7 +217,7 @@ impl LineConfig {
     /// What [`AcceptConfig::surface_sigma`] may be, m.
     pub const SURFACE_SIGMA: Bounds = [0.0, 0.1];
 
-    /// Checks all settings. What a line may be at most can be infinite: then all lines are kept.
+    /// Checks all settings. Upper limits of a line can be infinite: then all lines are kept.
     ///
     /// # Errors    [`LineError::Bounds`] with the first one out of range.
     pub fn validate(&self) -> Result<(), LineError> {

@@ -1,15 +1,16 @@
 //! In: a line guessed through points of a run. Out: the neighbours that lie on it, as a piece; and
-//! borders between pieces. What RANSAC and the Hough transform share.
+//! borders between pieces. RANSAC and the Hough transform share this.
 //!
 //! 1. A stretch begins and ends with a point on the line; at most [`MAX_SKIP`] neighbours in a row
-//!    are off it. So no line goes through points that do not follow each other: over a recess, or
-//!    through two walls that happen to lie in line.
-//! 2. The longest stretch is refined: the weighted line through its points, its points anew, until
-//!    they stay. A point is on the line within n σ of its distance and of the line at its place,
-//!    var = σ_d² + 1/W + t² / S (W the sum of weights, S their scatter along the line, t the way
-//!    from the middle), and never beyond n σ of its range.
-//! 3. Near a corner, points lie on both lines, and the line that was found first has them all. The
-//!    border is moved to where the sum of weighted squares of both is least.
+//!    are off it. So no line goes through points that do not follow each other: across a recess, or
+//!    through two walls that happen to be collinear.
+//! 2. The longest stretch is refined: the weighted line through its points and the points on that
+//!    line are found in turn, until the points stay the same. A point is on the line within n σ of
+//!    its distance and of the line at that place, var = σ_d² + 1/W + t² / S (W the sum of weights,
+//!    S their scatter along the line, t the distance from the middle), and never beyond n σ of its
+//!    range.
+//! 3. Near a corner, points lie on both lines, and the line that was found first has all of them.
+//!    The border is moved to where the sum of weighted squares of both lines is least.
 
 use std::ops::Range;
 
@@ -23,7 +24,7 @@ use super::piece::Piece;
 const MAX_SKIP: usize = 2;
 /// Steps of the refinement; most end after two.
 const MOST_STEPS: usize = 6;
-/// So far from its old place, in points, a border is looked for.
+/// How far from its old place a border is looked for, in points.
 const BORDER_REACH: usize = 20;
 
 /// A stretch of a run, and how many of its points are on the line.
@@ -33,7 +34,7 @@ pub(super) struct Stretch {
     pub(super) n_inliers: usize,
 }
 
-/// Step 1: the stretch with most points on the line; the earlier of two with as many.
+/// Step 1: the stretch with the most points on the line; of two with equally many, the earlier.
 pub(super) fn longest_stretch(
     range: Range<usize>,
     mut is_inlier: impl FnMut(usize) -> bool,
@@ -63,7 +64,7 @@ pub(super) fn longest_stretch(
     best
 }
 
-/// Whether a point is within n σ of its range of a line, and `slack` (m) more.
+/// Whether a point's distance from a line is within n σ of its range, and `slack` (m) more.
 pub(super) fn is_near(
     columns: &Columns,
     index: usize,
@@ -75,7 +76,7 @@ pub(super) fn is_near(
     off <= 0.0 || off * off <= sigmas * sigmas * columns.variance_along(index)
 }
 
-/// A line through some points, and how well it is known where.
+/// A line through some points, and its uncertainty along its length.
 #[derive(Clone, Copy, Debug)]
 struct Fitted {
     normal: Vector2<f64>,
@@ -126,8 +127,8 @@ pub(super) struct Found {
     line: Fitted,
 }
 
-/// Step 2, from the points of `range` that are near a guessed line; `None` where fewer than `few`
-/// are left. Points for which `is_free` does not hold are left alone.
+/// Step 2, from the points of `range` that are near a guessed line; `None` if fewer than `few` are
+/// left. Points for which `is_free` does not hold are left out.
 pub(super) fn refined(
     columns: &Columns,
     range: &Range<usize>,
@@ -157,7 +158,7 @@ pub(super) fn refined(
 }
 
 impl Found {
-    /// The piece; from here on its points off the line are skipped.
+    /// The piece; from here on, its points off the line are skipped.
     pub(super) fn take(&self, columns: &mut Columns, sigmas: f64) -> Piece {
         let range = self.stretch.range.clone();
         for index in range.clone() {
@@ -169,7 +170,7 @@ impl Found {
     }
 }
 
-/// Whether a union of two pieces is one line: no kept point of either is off it.
+/// Whether the union of two pieces is one line: no kept point of either is off it.
 pub(super) fn allows(columns: &Columns, union: &Piece, gap: &Range<usize>, sigmas: f64) -> bool {
     let line = Fitted::of(&union.moments);
     [union.start..gap.start, gap.end..union.end]

@@ -2,20 +2,20 @@
 //!
 //! Source: Pilch 2016 §1.2.1, eq. (1.1), and §3.5.1.
 //!
-//! 1. Of 11, 13 or 15 neighbours the middle one is a vertex if the vectors u and v to the first and
-//!    the last of them make an angle θ = acos(u·v / |u||v|) from 40° to 143°.
-//! 2. Both are no longer than so many k per point (the paper: 1.5), k being the spacing of beams at
-//!    that range ([`SpacingModel`]): else something is missing between them.
+//! 1. Of 11, 13 or 15 neighbours, the middle one is a vertex if the vectors u and v to the first
+//!    and the last make an angle θ = acos(u·v / |u||v|) from 40° to 143°.
+//! 2. Both are no longer than a number of k per point (the paper: 1.5), k being the spacing of
+//!    beams at that range ([`SpacingModel`]): otherwise something is missing between them.
 //! 3. Checked backwards: the angles to the 1st to 4th neighbours on both sides are within the same
-//!    limits. Where ranges are as uncertain as points are apart, those angles are anything; so the
-//!    limits are widened by n σ of each angle. With n = 0 it is the paper's check.
-//! 4. Of vertices in one window, that of the smallest angle stays: beside the true vertex one of
-//!    the vectors crosses the corner, which opens the angle.
+//!    limits. If ranges are as uncertain as the distance between points, those angles can be
+//!    anything; so the limits are widened by n σ of each angle. With n = 0 it is the paper's check.
+//! 4. Of the vertices in one window, the one with the smallest angle is kept: beside the true
+//!    vertex, one of the vectors crosses the corner, which widens the angle.
 //! 5. The paper's corner is the measured point. Here it is where the legs cross: each leg is the
 //!    weighted line through the neighbours on its side ([`super::consensus`]), the border between
-//!    them is where their squares are least, and the covariance is that of the crossing
-//!    ([`super::crossing`]). So the corner is not where a beam happened to hit, and knows how well
-//!    it is placed.
+//!    them is where their sum of squares is least, and the covariance is that of the crossing
+//!    ([`super::crossing`]). So the corner does not depend on where a beam happened to hit, and its
+//!    uncertainty is known.
 
 use std::ops::Range;
 
@@ -69,15 +69,15 @@ const FEW: usize = 4;
 /// Neighbours in the columns.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
-    /// Where they stand.
+    /// Their range in the columns.
     pub(super) range: Range<usize>,
-    /// How many of the first stand at the end once more, because the row is a ring: without them no
-    /// window would have its first and last points in the middle, and they begin at a corner.
+    /// How many of the first are repeated at the end if the row is a ring: without this, no window
+    /// would have its first and last points in the middle, and a ring begins at a corner.
     pub(super) n_repeated: usize,
 }
 
 impl CornerConfig {
-    /// So many points of a ring must stand at its end once more.
+    /// How many points of a ring must be repeated at its end.
     pub(super) fn overlap(&self) -> usize {
         2 * self.half_window + self.leg_points
     }
@@ -119,7 +119,7 @@ impl Finder<'_> {
         let n_points = range.len() - row.n_repeated;
         let end = match row.n_repeated {
             0 => range.end.saturating_sub(half),
-            // Each point of a ring once.
+            // Each point of a ring is visited once.
             _ => first + n_points,
         };
         let candidates =
@@ -175,7 +175,7 @@ impl Finder<'_> {
         beam.map_or(0.0, |beam| self.spacing.at(beam.range))
     }
 
-    /// The vectors from a point to those `step` neighbours before and after it.
+    /// The vectors from a point to its neighbours `step` before and after it.
     fn arms(&self, vertex: usize, step: usize) -> [Vector2<f64>; 2] {
         let at = self.columns.point(vertex);
         [vertex - step, vertex + step].map(|end| self.columns.point(end) - at)
@@ -184,12 +184,12 @@ impl Finder<'_> {
     /// Eq. (1.1).
     fn angle(&self, vertex: usize, step: usize) -> Option<f64> {
         let [u, v] = self.arms(vertex, step);
-        // By both products: the cosine alone has no digits near 0 and π.
+        // From both products: the cosine alone has no precision near 0 and π.
         let angle = libm::atan2(u.perp(&v).abs(), u.dot(&v));
         (u.length() > 0.0 && v.length() > 0.0).then_some(angle)
     }
 
-    /// Standard deviation of that angle by the noise of the three points, rad: an arm u turns by
+    /// Standard deviation of that angle from the noise of the three points, rad: an arm u turns by
     /// (u ⟂ du) / |u|², and the vertex moves both.
     fn angle_sigma(&self, vertex: usize, step: usize) -> f64 {
         let [by_u, by_v] = self.arms(vertex, step).map(|arm| {
@@ -232,8 +232,8 @@ impl Finder<'_> {
             return None;
         }
         let (position, cov) = crossing([(a.line, a.cov), (b.line, b.cov)])?;
-        // No farther from the measured vertex than from one point to the next and noise: else
-        // something smaller stands between the legs, as the end of a thin wall.
+        // At most as far from the measured vertex as the step between points plus noise: otherwise
+        // something smaller stands between the legs, such as the end of a thin wall.
         let near = self.config.max_stretch * self.expected_spacing(vertex)
             + LEG_SIGMAS * self.columns.variance_along(vertex).sqrt();
         if (position - self.columns.point(vertex)).length() > near {
@@ -256,7 +256,7 @@ impl Finder<'_> {
     }
 }
 
-/// A leg without the point next to the vertex: which leg it is of is anyone's guess.
+/// A leg without the point next to the vertex, because which leg that belongs to is a guess.
 fn inner(columns: &Columns, leg: &Piece, vertex: usize) -> Option<Piece> {
     let (first, last) = (leg.first(columns)?, leg.last(columns)?);
     let range = if first.abs_diff(vertex) < last.abs_diff(vertex) {

@@ -1,14 +1,15 @@
 //! In: the lines of a scan. Out: the places where two of them cross, with covariance.
 //!
-//! Source: Pilch 2016 §3.5.1: where lines are exact, their crossings come again at the same place.
+//! Source: Pilch 2016 §3.5.1: if lines are exact, their crossings are found again at the same
+//! place.
 //!
 //! 1. p solves nᵢ · p = rᵢ with nᵢ = (cos αᵢ, sin αᵢ): p = (r₁ sin α₂ - r₂ sin α₁, r₂ cos α₁ - r₁
 //!    cos α₂) / sin(α₂ - α₁).
 //! 2. From nᵢ · dp = drᵢ - (tᵢ · p) dαᵢ, tᵢ = dnᵢ/dα: an error of a line acts on p as a shift of
 //!    its foot by vᵢ = drᵢ - (tᵢ · p) dαᵢ, along a column of the inverse of (n₁, n₂)ᵀ. So cov =
-//!    var(v₁) a aᵀ + var(v₂) b bᵀ, for both lines have no beam in common.
-//! 3. Pilch keeps all crossings. Those far from where either wall was seen are a matter of the
-//!    walls' directions more than of a place, so their distance is limited; `reach` says how.
+//!    var(v₁) a aᵀ + var(v₂) b bᵀ, because the two lines have no beam in common.
+//! 3. Pilch keeps all crossings. A crossing far from the seen part of either wall depends more on
+//!    the walls' directions than on a place, so this distance is limited by `reach`.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -33,8 +34,8 @@ config! {
     }
 }
 
-/// Where two lines cross; with the covariance of that, where theirs of (α, r) are given. `None` for
-/// parallel ones.
+/// Where two lines cross, with its covariance if those of (α, r) are given. `None` if the lines are
+/// parallel.
 pub(super) fn crossing(
     [(a, cov_a), (b, cov_b)]: [(Line, Matrix2<f64>); 2],
 ) -> Option<(Point2<f64>, Matrix2<f64>)> {
@@ -85,7 +86,7 @@ pub(super) fn crossings(
             position,
             cov,
             kind: PointKind::Crossing,
-            // Noise does not turn a right angle into a sharp one by going past it.
+            // Noise that carries the angle past a right angle does not make it a sharp one.
             confidence: probability_within(
                 angle.min(FRAC_PI_2),
                 sigma,
@@ -96,7 +97,7 @@ pub(super) fn crossings(
     }
 }
 
-/// How far a point of a line lies from its seen part, m.
+/// The distance of a point of a line from the seen part of it, m.
 fn beside(line: &LineFeature, point: Point2<f64>) -> f64 {
     let [from, to] = line.ends;
     let along = to - from;

@@ -1,11 +1,11 @@
-//! In: [`Points`]. Out: [`LineFeature`]s, one for each straight piece of wall that is surely one.
+//! In: [`Points`]. Out: [`LineFeature`]s, one for each straight piece that is surely a wall.
 //!
 //! 1. Runs of neighbouring beams ([`segment`]).
 //! 2. Split, by the chosen [`SplitRule`].
 //! 3. Merge ([`super::merge`]).
 //! 4. Fit with covariance, and a test of each line ([`super::accept`]).
 //!
-//! Lines and tests of sub-ranges come from prefix sums, so a split costs one pass over its points.
+//! Lines and tests of sub-ranges use prefix sums, so a split costs one pass over its points.
 
 use std::ops::Range;
 
@@ -33,14 +33,14 @@ pub struct LineExtractor {
     run_starts: Vec<usize>,
     columns: Columns,
     pieces: Vec<Piece>,
-    /// Room for the rules.
+    /// Buffers for the rules.
     stack: Vec<Piece>,
     sums: Vec<Moments>,
     accumulator: Accumulator,
 }
 
 impl LineExtractor {
-    /// An extractor with the given settings, which [`LineConfig::validate`] has seen.
+    /// An extractor with the given settings, which must have passed [`LineConfig::validate`].
     #[must_use]
     pub fn new(config: LineConfig) -> Self {
         Self {
@@ -52,8 +52,8 @@ impl LineExtractor {
     /// The lines in `points`, written to `lines` (cleared first) in the order of the beams.
     ///
     /// # Units    Robot frame; (α, r) in rad and m.
-    /// # Errors   [`LineError`] for a beam with a number that is not finite; `lines` stays as it
-    /// was then. Points through which no line goes are no error: there is no line then.
+    /// # Errors   [`LineError`] for a beam with a number that is not finite; `lines` is then
+    /// unchanged. Points that no line fits are no error: there is no line then.
     /// # Source   See [`SplitRule`].
     pub fn extract(
         &mut self,
@@ -93,7 +93,7 @@ impl LineExtractor {
         let mut is_suspect = false;
         self.runs.retain(|run| {
             let is_long = run.len >= min_points;
-            // A beam that is not a number belongs to nobody, so it is a short run.
+            // A beam that is not a number belongs to no neighbour, so it is a short run.
             is_suspect |= !is_long && !run.beams(points).all(is_usable);
             is_long
         });

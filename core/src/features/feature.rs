@@ -13,21 +13,21 @@ pub struct LineFeature {
     pub cov: Matrix2<f64>,
     /// Where the seen part begins and ends, on the line, in the order of the beams, robot frame.
     pub ends: [Point2<f64>; 2],
-    /// Whether the sensor looked from the robot origin's side of the line. False only where the
-    /// line passes between the two.
+    /// Whether the sensor looked from the robot origin's side of the line. False only if the line
+    /// passes between the two.
     pub seen_from_origin_side: bool,
-    /// Number of the first beam on it, as in the scan; may be greater than `last_beam` where the
-    /// line goes past the end of the scan.
+    /// Index of the first beam on it in the scan; may be greater than `last_beam` if the line goes
+    /// past the end of the scan.
     pub first_beam: usize,
-    /// Number of the last beam on it.
+    /// Index of the last beam on it.
     pub last_beam: usize,
     /// How many beams the fit used.
     pub n_points: usize,
     /// Σ d²/σ_d² of the residuals: χ² with `n_points - 2` degrees of freedom on a flat wall.
     pub chi2: f64,
-    /// How (α, r) change when the heading was off by 1 rad at the first beam, and at the last,
-    /// fading to none at the middle one: what slipping tracks do to a wall while a turning lidar
-    /// sweeps over it. rad/rad, m/rad.
+    /// How (α, r) change if the heading was off by 1 rad at the first beam, and at the last, fading
+    /// to zero at the middle one: what slipping tracks do to a wall while a turning lidar sweeps
+    /// over it. rad/rad, m/rad.
     pub by_heading: [Vector2<f64>; 2],
 }
 

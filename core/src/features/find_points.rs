@@ -1,7 +1,7 @@
 //! In: [`Points`] and the lines found in them. Out: [`PointFeature`]s.
 //!
 //! Corners and circles are looked for in runs of neighbours, as lines are; spikes at the borders
-//! between them; crossings among the lines. What is round has no corners.
+//! between runs; crossings among the lines. Round things have no corners.
 
 use super::circle::{CircleConfig, circles};
 use super::columns::{Columns, Noise};
@@ -59,9 +59,9 @@ impl PointFeatureConfig {
     /// What [`CircleConfig::min_arc`] may be, rad.
     pub const MIN_ARC: Bounds = [0.1, 3.1];
 
-    /// The same, but only what can be a landmark: corners and circles. Where two lines cross says
-    /// nothing that the lines do not, and where the silhouette of something ends depends on where
-    /// it is looked at from.
+    /// The same, limited to what can be a landmark: corners and circles. A crossing of two lines
+    /// adds nothing to the lines, and where the silhouette of an object ends depends on the
+    /// viewpoint.
     #[must_use]
     pub fn of_landmarks(mut self) -> Self {
         (self.crossings.is_on, self.spikes.is_on) = (false, false);
@@ -169,7 +169,7 @@ pub fn find_points(
     let rows = load(points, &runs, overlap, noise, &mut columns);
     let (mut found, mut round) = (vec![], vec![]);
     if !columns.is_usable() {
-        // So far or so sure that sums overflow.
+        // So far away or so certain that sums overflow.
         return Ok(found);
     }
     if config.circles.is_on {
@@ -193,7 +193,7 @@ pub fn find_points(
     Ok(found)
 }
 
-/// Fills the columns with the runs one after the other; a ring goes on with its first beams.
+/// Fills the columns with the runs one after the other; a ring continues with its first beams.
 fn load(
     points: &Points,
     runs: &[Run],
@@ -204,7 +204,7 @@ fn load(
     let n_beams = points.beams.len();
     let (mut ranges, mut rows, mut start) = (vec![], vec![], 0);
     for run in runs {
-        // A short one has no window twice.
+        // A short ring has no window that wraps around.
         let is_ring = run.len > overlap && is_ring(points, run);
         let n_repeated = if is_ring { overlap } else { 0 };
         let again = Run {
@@ -223,8 +223,8 @@ fn load(
     rows
 }
 
-/// Whether a run goes all round, so that its last beam and its first are neighbours: seen from one
-/// place, and no farther from each other in bearing than others.
+/// Whether a run goes all round, so its last beam and its first are neighbours: seen from one
+/// place, and no farther apart in bearing than other neighbours.
 fn is_ring(points: &Points, run: &Run) -> bool {
     let beams = &points.beams;
     let (Some(first), Some(last)) = (beams.first(), beams.last()) else {
@@ -236,7 +236,7 @@ fn is_ring(points: &Points, run: &Run) -> bool {
     run.len == beams.len() && stood && step.abs() <= 2.0 * SpacingModel::of(points).slope
 }
 
-/// Whether a corner is on something round: to a window of a few points, a thin pillar is bent.
+/// Whether a corner is on something round: within a window of a few points, a thin pillar is bent.
 fn lies_on(circle: &PointFeature, corner: &PointFeature) -> bool {
     let PointKind::Circle { radius, .. } = circle.kind else {
         return false;

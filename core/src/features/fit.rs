@@ -3,18 +3,18 @@
 //! 1. Weighted total least squares with w = 1/σ²: α = ½ atan2(-2 Cxy, Cyy - Cxx), r = x̄ cos α + ȳ
 //!    sin α, then r ≥ 0 (TDK 2016 §4.1, with the erratum of the specification on the arctangent;
 //!    Siegwart & Nourbakhsh 2004, §4.3.1).
-//! 2. C is the weighted scatter less what the noise alone contributes to it, Σ wᵢ (1 - wᵢ/W) Rᵢ
-//!    with Rᵢ the covariance of point i. Noise runs along the beam, not around the point, so
-//!    without this α is biased towards the side seen at the flatter angle; a bias does not average
-//!    out over hundreds of scans, and a filter that believes σ_α would.
+//! 2. C is the weighted scatter minus what noise alone contributes to it, Σ wᵢ (1 - wᵢ/W) Rᵢ with
+//!    Rᵢ the covariance of point i. Noise acts along the beam, not around the point, so without
+//!    this α is biased towards the side seen at the flatter angle. A bias does not average out over
+//!    hundreds of scans, and a filter that trusts σ_α assumes that it does.
 //! 3. Covariance F C_X Fᵀ of range and bearing noise (Arras & Siegwart 1997, "Feature extraction
 //!    and scene interpretation for map-based navigation and map building"), with F in closed form.
 //!    In the frame of the line (t along it, n across it) ∂α = -w (t ∂n + n ∂t) / (Ctt - Cnn) and
 //!    ∂r = w/W ∂n + t̄ ∂α. The paper's numeric F is the test.
 //! 4. With (uₙ, uₜ) the beam in that frame, the range moves a point by (uₙ, uₜ), the bearing by
-//!    (-uₜ, uₙ), and p = t uₙ + n uₜ, q = n uₙ - t uₜ are what they do to α. So three sums over the
-//!    points give the whole covariance: A = Σ w p² + w² σ⊥² q², B = Σ w p uₙ - w² σ⊥² q uₜ, C = Σ w
-//!    uₙ² + w² σ⊥² uₜ².
+//!    (-uₜ, uₙ), and p = t uₙ + n uₜ, q = n uₙ - t uₜ are their effects on α. So three sums over
+//!    the points give the whole covariance: A = Σ w p² + w² σ⊥² q², B = Σ w p uₙ - w² σ⊥² q uₜ, C =
+//!    Σ w uₙ² + w² σ⊥² uₜ².
 
 mod residuals;
 mod sums;
@@ -37,7 +37,7 @@ use sums::{Faded, Frame, Scatter, Sums};
     "beam {beam_idx}: ends at ({x}, {y}) m, range {range} m, sigma {sigma} m; expected finite numbers, range and sigma greater than 0"
 )]
 pub struct BadBeam {
-    /// Number of the beam in the scan.
+    /// Index of the beam in the scan.
     pub beam_idx: usize,
     /// Where it ends, m.
     pub x: f64,
@@ -49,12 +49,12 @@ pub struct BadBeam {
     pub sigma: f64,
 }
 
-/// Fits one line to `beams`. `None` where no line goes through them: there are fewer than two, no
-/// direction stands out, or they run along the line, so that their ranges say nothing about where
-/// it lies.
+/// Fits one line to `beams`. `None` if no line goes through them: there are fewer than two, no
+/// direction stands out, or they run along the line, so that their ranges do not measure its
+/// position.
 ///
 /// # Units    `bearing_sigma`: rad, not negative.
-/// # Source   TDK 2016 §4.1; Arras & Siegwart (1997). The noise's own scatter is removed, see the
+/// # Source   TDK 2016 §4.1; Arras & Siegwart (1997). The scatter of the noise is removed, see the
 /// module.
 /// # Example
 /// ```
@@ -88,7 +88,7 @@ pub fn fit_line(beams: &[Beam], bearing_sigma: f64) -> Option<LineFeature> {
     Some(fit.feature(&columns, chi2, beams.first()?.origin_in_robot))
 }
 
-/// Refuses the first beam whose numbers cannot be used.
+/// Refuses the first beam with unusable numbers.
 pub(super) fn check_beams<'a>(beams: impl IntoIterator<Item = &'a Beam>) -> Result<(), BadBeam> {
     match beams.into_iter().find(|beam| !is_usable(beam)) {
         Some(beam) => Err(BadBeam {
@@ -102,7 +102,7 @@ pub(super) fn check_beams<'a>(beams: impl IntoIterator<Item = &'a Beam>) -> Resu
     }
 }
 
-/// Whether the sums can take a beam.
+/// Whether the sums can handle a beam.
 pub(super) fn is_usable(beam: &Beam) -> bool {
     let numbers = [
         beam.end_in_robot.x,
@@ -132,12 +132,12 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// The points' distances from the line, against what is known of their noise.
+    /// The points' distances from the line, relative to their known noise.
     pub(super) fn residuals(&self, columns: &Columns, with_bend: bool) -> Residuals {
         Residuals::of(columns, self.first..self.last + 1, &self.frame, with_bend)
     }
 
-    /// With χ² of the residuals, and where the sensor was at the first beam.
+    /// With χ² of the residuals, and the sensor's position at the first beam.
     pub(super) fn feature(&self, columns: &Columns, chi2: f64, origin: Point2<f64>) -> LineFeature {
         LineFeature {
             line: self.line,

@@ -1,18 +1,18 @@
-//! Lines by the Hough transform: each point votes for all lines through it, and lines that many
-//! voted for are there.
+//! Lines by the Hough transform: each point votes for all lines through it; lines with many votes
+//! are there.
 //!
 //! 1. Over a run, an accumulator of (α, r): α in [0, π), r signed and about the middle of the run,
-//!    so that no more cells are needed than the run is wide. Each point adds one to the cell of r =
-//!    x cos α + y sin α in each column.
-//! 2. The cell with most votes is a guess, refined by the weighted fit ([`super::consensus`]).
-//! 3. Suppression: the votes of the points on it are taken back in all columns, and with them the
-//!    flanks of its peak. Where nothing comes of a peak, it and its neighbours are cleared.
-//! 4. On with step 2 until no cell has the votes of a line.
+//!    so it needs no more cells than the run is wide. Each point adds one to the cell of r = x cos
+//!    α + y sin α in each column.
+//! 2. The cell with the most votes is a guess, refined by the weighted fit ([`super::consensus`]).
+//! 3. Suppression: the votes of the points on the line are taken back in all columns, and with them
+//!    the flanks of its peak. If a peak leads to no line, it and its neighbours are cleared.
+//! 4. Repeat from step 2 until no cell has enough votes for a line.
 //!
 //! Source: Duda & Hart (1972), "Use of the Hough transformation to detect lines and curves in
-//! pictures"; Pilch 2016 §1.2.1, eq. (1.8). Taking back votes is that of the progressive transform
+//! pictures"; Pilch 2016 §1.2.1, eq. (1.8). Taking back votes comes from the progressive transform
 //! (Matas, Galambos & Kittler 2000, "Robust detection of lines using the progressive probabilistic
-//! Hough transform"): a window around a peak would also hide the parallel wall beside it.
+//! Hough transform"): suppressing a window around a peak would also hide a parallel wall beside it.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -25,9 +25,9 @@ use super::piece::Piece;
 use crate::bounds::config;
 use crate::geom::{Length, unit_vector};
 
-/// Cells of a column at most; where a run is wider, they are larger.
+/// Most cells of a column; if a run is wider, cells are larger.
 const MOST_ROWS: f64 = 4096.0;
-/// Peaks of a run that are looked at.
+/// Most peaks of a run that are checked.
 const MOST_PEAKS: usize = 200;
 
 config! {
@@ -44,7 +44,7 @@ config! {
     }
 }
 
-/// Votes, and room for them between scans.
+/// Votes, with buffers kept between scans.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Accumulator {
     votes: Vec<u32>,
@@ -58,7 +58,7 @@ pub(super) struct Accumulator {
 }
 
 impl Hough {
-    /// Splits a run of points; `pieces` gets its lines in order, each of at least `few` points.
+    /// Splits a run of points; `pieces` receives its lines in order, each of at least `few` points.
     pub(super) fn split(
         &self,
         columns: &mut Columns,
@@ -126,7 +126,7 @@ impl Accumulator {
         }
     }
 
-    /// Adds or takes back the votes of a point.
+    /// Adds or removes the votes of a point.
     fn vote(&mut self, columns: &Columns, index: usize, count: fn(u32, u32) -> u32) {
         let p = columns.point(index).coords - self.middle;
         let half = 0.5 * self.n_rows as f64;
@@ -139,7 +139,7 @@ impl Accumulator {
         }
     }
 
-    /// The first of the cells with most votes, and these.
+    /// The first of the cells with the most votes, and their number.
     fn highest(&self) -> Option<(usize, u32)> {
         let most = *self.votes.iter().max()?;
         let cell = self.votes.iter().position(|&votes| votes == most)?;
@@ -168,8 +168,8 @@ impl Accumulator {
         }
     }
 
-    /// Step 3, for a peak of which nothing came. Columns are a ring: after the last comes the
-    /// first, turned round.
+    /// Step 3, for a peak that led to no line. Columns form a ring: after the last comes the first,
+    /// with the sign of r reversed.
     fn clear_around(&mut self, cell: usize) {
         let (n_columns, n_rows) = (self.normals.len(), self.n_rows);
         let (column, row) = (cell / n_rows, cell % n_rows);

@@ -1,8 +1,8 @@
-//! In: pieces in order. Out: pieces in which neighbours on one line are one.
+//! In: pieces in order. Out: pieces in which neighbours on one line are joined.
 //!
-//! Two neighbours are one line where little lies between them, (α, r) of both agree by χ² (if the
-//! rule knows of noise), and the union passes the test by which pieces are split. Across the end of
-//! a run (a door, a pillar in front) only when asked.
+//! Two neighbours are one line if little lies between them, if their (α, r) agree by χ² (for rules
+//! that know the noise), and if the union passes the test by which pieces are split. Pieces are
+//! joined across the end of a run (a door, a pillar in front) only if the settings ask for it.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -49,7 +49,7 @@ pub(super) fn merge(
     pieces.truncate(merged);
 }
 
-/// Whether a gap is one over which pieces may be merged.
+/// Whether pieces may be merged across a gap.
 fn near(columns: &Columns, gap: Range<usize>, run_starts: &[usize], config: &MergeConfig) -> bool {
     let next_run = run_starts.partition_point(|&start| start < gap.start.max(1));
     let ends_a_run = (run_starts.get(next_run)).is_some_and(|&start| start <= gap.end);
@@ -81,16 +81,16 @@ fn union(columns: &Columns, a: &Piece, b: &Piece, rule: &SplitRule) -> Option<Pi
         | SplitRule::Hough(Hough { inlier_sigmas, .. }) => {
             consensus::allows(columns, &union, &gap, *inlier_sigmas) && agree(columns, a, b)
         }
-        // The paper's lines have grown as far as they go.
+        // The paper's lines have already grown as far as possible.
         SplitRule::Pilch(_) => false,
     };
     is_line.then_some(union)
 }
 
-/// χ² of the difference of (α, r), where both pieces have a line of their own.
+/// χ² of the difference of (α, r), if both pieces have a line of their own.
 fn agree(columns: &Columns, a: &Piece, b: &Piece) -> bool {
     let (Some(a), Some(b)) = (fit_columns(columns, a), fit_columns(columns, b)) else {
-        // Too short to have a direction: the test of the union decides alone.
+        // Too short to have a direction: only the test of the union decides.
         return true;
     };
     let mut difference = Vector2::new(
@@ -99,7 +99,7 @@ fn agree(columns: &Columns, a: &Piece, b: &Piece) -> bool {
     );
     let mut cov_b = b.cov;
     if difference.x.abs() > 0.5 * PI {
-        // The same line through the origin, its normal turned round.
+        // The same line through the origin, with its normal reversed.
         difference = Vector2::new(wrap(difference.x + PI), -b.line.r() - a.line.r());
         cov_b[(0, 1)] = -cov_b[(0, 1)];
         cov_b[(1, 0)] = -cov_b[(1, 0)];

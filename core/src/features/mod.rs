@@ -1,4 +1,4 @@
-//! From points to lines, and to points that can be found again; with covariance.
+//! From points to lines, and to points that can be found again, with covariance.
 
 mod accept;
 mod circle;

@@ -68,7 +68,7 @@ impl Moments {
     }
 
     /// Whether the sum of squared distances from every line is greater than `most`: the smaller
-    /// eigenvalue of the scatter is not less than determinant over trace. No is no answer.
+    /// eigenvalue of the scatter is at least determinant over trace. False proves nothing.
     #[inline]
     pub(super) fn is_wider_than(&self, most: f64) -> bool {
         let per = 1.0 / self.w;
@@ -151,7 +151,7 @@ mod tests {
             let most = 0.02 * f64::from(1 + i % 17);
             let is_wider = sum.is_wider_than(most);
             assert!(!is_wider || across > most, "{i}: {across}");
-            // It misses those that are less than twice as wide, at most.
+            // It misses at most those that are less than twice as wide.
             assert!(is_wider || across * along / (across + along) <= most * 1.0001);
             answers[usize::from(is_wider)] += 1;
         }

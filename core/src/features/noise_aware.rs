@@ -1,11 +1,11 @@
-//! Split by what noise explains: TDK 2016 §4.2.
+//! Split by what noise can explain: TDK 2016 §4.2.
 //!
 //! 1. A set of points is one line while Σ|dᵢ| < E + k √V, with E = Σ σ_dᵢ √(2/π) and V = Σ σ_dᵢ²
 //!    (1 - 2/π), σ_d the standard deviation of a point's distance from the line. The paper has k =
 //!    1, which splits a true line about one time in eight.
-//! 2. Where the test fails, the set is split at the point farthest from the chord through its ends.
-//! 3. A single point farther than `max_residual` σ_d from the line is skipped instead (the sum does
-//!    not see it, the line would be pulled by it).
+//! 2. If the test fails, the set is split at the point farthest from the chord through its ends.
+//! 3. A single point farther than `max_residual` σ_d from the line is skipped instead: the sum
+//!    would not notice it, but the line would be pulled by it.
 
 use std::f64::consts::FRAC_2_PI;
 use std::ops::Range;
@@ -33,7 +33,7 @@ config! {
 }
 
 impl NoiseAware {
-    /// Splits a run of points; `pieces` gets its lines in order.
+    /// Splits a run of points; `pieces` receives its lines in order.
     pub(super) fn split(
         &self,
         columns: &mut Columns,
@@ -50,7 +50,7 @@ impl NoiseAware {
             if self.hold(columns, &mut piece) {
                 pieces.push(piece);
             } else if let Some((corner, _)) = piece.farthest_from_chord(columns) {
-                // The earlier part is taken first.
+                // The earlier part is processed first.
                 let [earlier, later] = piece.split_after(columns, corner);
                 stack.push(later);
                 stack.push(earlier);
@@ -58,7 +58,7 @@ impl NoiseAware {
         }
     }
 
-    /// Whether a piece is one line, once some wild points are skipped.
+    /// Whether a piece is one line, after skipping some outliers.
     fn hold(&self, columns: &mut Columns, piece: &mut Piece) -> bool {
         let mut leave_out = piece.n_points() / 10 + 1;
         loop {
@@ -83,10 +83,10 @@ impl NoiseAware {
         is_line(union.start..gap.start) && is_line(gap.end..union.end)
     }
 
-    /// The test of step 1 and 3 by the piece's own line.
+    /// The tests of steps 1 and 3 with the piece's own line.
     pub(super) fn examine(&self, columns: &Columns, piece: &Piece) -> SplitTest {
-        // Σ|d| is not less than √Σd², and Σd² not less than σ² Σwd² with the smallest σ: around a
-        // corner the line itself is not needed.
+        // Σ|d| is at least √Σd², and Σd² at least σ² Σwd² with the smallest σ: around a corner,
+        // this already fails without computing the line.
         let most = self.most(columns, piece.n_points()) / columns.smallest_sigma();
         if piece.moments.is_wider_than(most * most) {
             return SplitTest::Bent;
@@ -118,7 +118,8 @@ impl NoiseAware {
             .map_or(SplitTest::Line, SplitTest::Wild)
     }
 
-    /// No line through so many points has more room than if all were as uncertain as the worst, m.
+    /// An upper bound of the limit for any line through this many points, with all as uncertain as
+    /// the worst, m.
     fn most(&self, columns: &Columns, n_points: usize) -> f64 {
         let n = n_points as f64;
         columns.largest_sigma() * self.bound(n, n)
@@ -129,7 +130,7 @@ impl NoiseAware {
         sigmas * FRAC_2_PI.sqrt() + self.split_k * (variances * (1.0 - FRAC_2_PI)).sqrt()
     }
 
-    /// The point farthest out in standard deviations, where one is too far.
+    /// The farthest outlier in standard deviations, if a point is too far.
     fn worst(
         &self,
         columns: &Columns,
@@ -148,12 +149,12 @@ impl NoiseAware {
     }
 }
 
-/// What the split test says.
+/// The result of the split test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SplitTest {
     /// One line.
     Line,
-    /// One line but for single points, of which this is the farthest out.
+    /// One line apart from outliers, of which this is the farthest.
     Wild(usize),
     /// More than one line.
     Bent,
@@ -164,13 +165,13 @@ struct Residuals<'a> {
     columns: &'a Columns,
     range: &'a Range<usize>,
     line: (&'a Vector2<f64>, f64),
-    /// So many variances off the line, squared, a point is wild.
+    /// Squared distance, in variances, beyond which a point is an outlier.
     wild: f64,
-    /// A sum of distances beyond which nothing else matters, m.
+    /// A sum of distances beyond which the rest is not computed, m.
     most: f64,
 }
 
-/// What [`Residuals`] gives; not all points are in it where `distances` is beyond the most.
+/// The result of [`Residuals`]; if `distances` exceeds the limit, not all points are included.
 struct ResidualSums {
     /// Σ|d|, m.
     distances: f64,

@@ -1,4 +1,4 @@
-//! Neighbouring points that may be one line, and the point at which they are two.
+//! Neighbouring points that may be one line, and the point that separates two lines.
 
 use std::ops::Range;
 
@@ -45,7 +45,7 @@ impl Piece {
         columns.kept(self.range()).next_back()
     }
 
-    /// From here on skips one of the points.
+    /// From here on, skips one of the points.
     pub(super) fn drop_point(&mut self, columns: &mut Columns, index: usize) {
         if columns.is_kept(index) {
             columns.drop_point(index);
@@ -53,7 +53,7 @@ impl Piece {
         }
     }
 
-    /// Both parts of the piece, the second beginning after `corner`.
+    /// Both parts of the piece; the second begins after `corner`.
     pub(super) fn split_after(&self, columns: &Columns, corner: usize) -> [Self; 2] {
         [
             Self::kept_of(columns, self.start..corner + 1),
@@ -73,8 +73,8 @@ impl Piece {
         part
     }
 
-    /// The kept point, neither the first nor the last, that is farthest from the line through these
-    /// two, and how far, m.
+    /// The kept point, neither the first nor the last, that is farthest from the line through those
+    /// two, and its distance, m.
     pub(super) fn farthest_from_chord(&self, columns: &Columns) -> Option<(usize, f64)> {
         let (first, last) = (self.first(columns)?, self.last(columns)?);
         if last < first + 2 {
@@ -86,7 +86,7 @@ impl Piece {
         let normal = if length > 0.0 {
             Vector2::new(-chord.y, chord.x) / length
         } else {
-            // The ends are one point: any direction is as good.
+            // The ends coincide: any direction is as good.
             Vector2::x()
         };
         let offset = normal.dot(&a.coords);
@@ -118,7 +118,7 @@ impl Kernel for Farthest<'_> {
         let splat = |value| L::splat(machine, value);
         let (nx, ny, r) = (splat(self.normal.x), splat(self.normal.y), splat(self.r));
         let one = splat(1.0);
-        // Each lane has its own farthest point and the block in which it stands.
+        // Each lane has its own farthest point and the block that contains it.
         let (mut best, mut best_block) = (splat(-1.0), splat(-1.0));
         let blocks = self.columns.blocks(self.range);
         for block in 0..blocks.len() {

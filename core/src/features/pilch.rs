@@ -1,9 +1,9 @@
 //! Split where the line stops being good enough: Pilch 2016 §3.5.1.
 //!
-//! 1. A line begins with the first `min_points` neighbours that are one: S_E < `max_error` and r² ≥
-//!    `min_r2`.
-//! 2. It grows by one neighbour after the other until one of the two no longer holds.
-//! 3. Points are taken off its ends as long as that lowers the error per point.
+//! 1. A line begins with the first `min_points` neighbours that form one: S_E < `max_error` and r²
+//!    ≥ `min_r2`.
+//! 2. It grows neighbour by neighbour until one of the two conditions fails.
+//! 3. Points are removed from its ends as long as that lowers the error per point.
 //!
 //! Neighbours closer than 2 k belong together: that is [`crate::points::BreakRule::Spacing`],
 //! chosen in the same configuration.
@@ -36,7 +36,7 @@ config! {
 }
 
 impl Pilch {
-    /// Splits a run of points; `pieces` gets its lines in order. `sums` is room for sums.
+    /// Splits a run of points; `pieces` receives its lines in order. `sums` is a buffer.
     pub(super) fn split(
         &self,
         columns: &Columns,
@@ -87,7 +87,7 @@ fn trimmed(sums: &Unweighted<'_>, mut range: Range<usize>, few: usize) -> Range<
     range
 }
 
-/// Prefix sums in which every point counts the same, about the first point.
+/// Prefix sums in which every point has the same weight, relative to the first point.
 struct Unweighted<'a> {
     start: usize,
     sums: &'a [Moments],

@@ -1,10 +1,10 @@
-//! Something that stands in one place, as one scan shows it.
+//! Something at one place, as one scan shows it.
 
 use std::f64::consts::SQRT_2;
 
 use nalgebra::{Matrix2, Point2};
 
-/// Something that stands in one place, as one scan shows it.
+/// Something at one place, as one scan shows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointFeature {
     /// Where it is, robot frame, m.
@@ -13,11 +13,11 @@ pub struct PointFeature {
     pub cov: Matrix2<f64>,
     /// What it is.
     pub kind: PointKind,
-    /// The probability, by the noise of the beams alone, that the figure by which it was found
+    /// The probability, from the noise of the beams alone, that the figure by which it was found
     /// (angle, jump, radius) is truly within its limits; 0 to 1.
     pub confidence: f64,
-    /// Numbers of the first and the last beam that it was found by, as in the scan; the first may
-    /// be greater where it lies across the end of the scan.
+    /// Indices in the scan of the first and the last beam that show it; the first may be greater if
+    /// it lies across the end of the scan.
     pub beams: [usize; 2],
 }
 
@@ -26,11 +26,11 @@ pub struct PointFeature {
 pub enum PointKind {
     /// Where a row of neighbours bends ([`super::CornerConfig`]).
     Corner,
-    /// What stands out in range: a post, a table leg, an edge ([`super::SpikeConfig`]).
+    /// An object that stands out in range: a post, a table leg, an edge ([`super::SpikeConfig`]).
     Spike,
     /// Where the lines of two walls cross ([`super::CrossingConfig`]).
     Crossing,
-    /// The middle of something round ([`super::CircleConfig`]).
+    /// The centre of something round ([`super::CircleConfig`]).
     Circle {
         /// Its radius, m.
         radius: f64,
@@ -40,13 +40,13 @@ pub enum PointKind {
 }
 
 impl PointKind {
-    /// Whether both are of one kind, whatever their figures.
+    /// Whether both are of one kind, whatever their values.
     #[must_use]
     pub fn is_like(&self, other: &Self) -> bool {
         std::mem::discriminant(self) == std::mem::discriminant(other)
     }
 
-    /// Takes in what another sighting of it says: a radius is the mean of both, by their
+    /// Combines it with another sighting: the radius becomes the mean of both, weighted by their
     /// information.
     pub fn refine(&mut self, seen: &Self) {
         if let (
@@ -65,19 +65,20 @@ impl PointKind {
         }
     }
 
-    /// Whether it is the middle of something round.
+    /// Whether it is the centre of something round.
     #[must_use]
     pub fn is_round(&self) -> bool {
         matches!(self, Self::Circle { .. })
     }
 }
 
-/// The probability that a normal number with this mean and standard deviation is within the limits.
+/// The probability that a normal variable with this mean and standard deviation is within the
+/// limits.
 pub(super) fn probability_within(mean: f64, sigma: f64, [low, high]: [f64; 2]) -> f64 {
     if sigma <= 0.0 {
         return f64::from(u8::from((low..=high).contains(&mean)));
     }
-    // Φ(b) - Φ(a), by the tails so that nothing is lost where both are near 1.
+    // Φ(b) - Φ(a), by the tails, so no precision is lost where both are near 1.
     let upper_tail = |limit: f64| 0.5 * libm::erfc((limit - mean) / (sigma * SQRT_2));
     (upper_tail(low) - upper_tail(high)).clamp(0.0, 1.0)
 }

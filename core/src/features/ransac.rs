@@ -1,18 +1,18 @@
 //! Lines by random samples: the line through two points that most neighbours lie on, then the next
 //! one among the rest.
 //!
-//! 1. Two points of an interval are drawn; the longest stretch of points near the line through them
-//!    counts ([`super::consensus`]).
+//! 1. Two points of an interval are drawn; their score is the longest stretch of points near the
+//!    line through them ([`super::consensus`]).
 //! 2. That is repeated N = log(1 - p) / log(1 - u²) times, u being the part of the interval in the
-//!    best stretch so far: with probability p, one pair at least lay on it entirely. N shrinks as
+//!    best stretch so far: with probability p, at least one pair lay entirely on it. N shrinks as
 //!    better lines are found.
-//! 3. The best line is refined and its points are removed; what is left of the interval before and
-//!    after it are intervals of their own.
+//! 3. The best line is refined and its points are removed; what remains of the interval before and
+//!    after it become intervals of their own.
 //!
 //! Source: Fischler & Bolles (1981), "Random sample consensus"; Pilch 2016 §1.2.1, eq. (1.2)-(1.3),
-//! with m = 2. Pilch notes that data must hold one model only; removal, and intervals that end
-//! where neighbours do not belong together, do away with that. The generator is seeded anew for
-//! each scan, so that a scan gives the same lines whenever it comes.
+//! with m = 2. Pilch notes that the data must contain only one model. Removing points, and
+//! intervals that end where neighbours do not belong together, lift this limit. The generator is
+//! seeded anew for each scan, so a scan always gives the same lines.
 
 use std::ops::Range;
 
@@ -44,7 +44,7 @@ config! {
 }
 
 impl Ransac {
-    /// Splits a run of points; `pieces` gets its lines in order, each of at least `few` points.
+    /// Splits a run of points; `pieces` receives its lines in order, each of at least `few` points.
     pub(super) fn split(
         &self,
         columns: &mut Columns,
@@ -92,7 +92,7 @@ impl Ransac {
         let mut drawn = 0.0;
         while drawn < needed {
             drawn += 1.0;
-            // Any two different points, each pair as often as any other.
+            // Any two different points, each pair equally likely.
             let (i, j) = (rng.random_range(0..n), rng.random_range(0..n - 1));
             let j = if j < i { j } else { j + 1 };
             let [a, b] = [i, j].map(|offset| interval.start + offset as usize);
@@ -119,7 +119,7 @@ impl Ransac {
     }
 }
 
-/// Normal and signed distance of the line through two points; `None` where they coincide.
+/// Normal and signed distance of the line through two points; `None` if they coincide.
 fn line_through(columns: &Columns, a: usize, b: usize) -> Option<(Vector2<f64>, f64)> {
     let (a, b) = (columns.point(a), columns.point(b));
     let along = b - a;

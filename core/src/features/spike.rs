@@ -5,19 +5,19 @@
 //! | [`SpikeForm::Jump`] | the range to a neighbour jumps by more than a threshold; the nearer of the two |
 //! | [`SpikeForm::Sum`] | of three neighbours A, B, C, \|A - B\| + \|C - B\| is greater than it, and none is nearer than B |
 //!
-//! Source: Pilch 2016 §1.2.1, after Riisgaard & Blas (2005), "SLAM for Dummies", §8. The sum takes
-//! distances of points, as Pilch has it, so that it is not misled by a wall that runs along the
-//! beams only if that wall is sampled densely; both forms find the edges of boxes and doors too.
-//! Whoever walks about is a spike as well, as the source says.
+//! Source: Pilch 2016 §1.2.1, after Riisgaard & Blas (2005), "SLAM for Dummies", §8. The sum uses
+//! distances between points, as Pilch does. So it is not misled by a wall along the beams, but only
+//! if that wall is sampled densely. Both forms find the edges of boxes and doors too. People who
+//! walk about are spikes as well, as the source says.
 //!
-//! 1. A beam without a return says nothing of what stands there, so it makes no jump.
-//! 2. An edge lies between the near beam and the far one: the position is half a step of bearing
-//!    beyond the near end, its variance across that of a uniform distribution, step²/12. Along the
-//!    beam it is that of the range and of a surface that goes on to the edge at 45°. What only one
-//!    beam hit is narrower than two steps, and its middle is within half a step of the beam: the
-//!    same variance, no shift.
-//! 3. Neighbours that are spikes by one form are one where they are one thing: nearer than half the
-//!    threshold to each other.
+//! 1. A beam without a return does not show what stands there, so it makes no jump.
+//! 2. An edge lies between the near beam and the far one. Its position is half a step of bearing
+//!    beyond the near end, with the variance of a uniform distribution, step²/12, across the beam.
+//!    Along the beam, the variance is that of the range plus that of a surface that continues to
+//!    the edge at 45°. An object hit by only one beam is narrower than two steps, and its middle is
+//!    within half a step of the beam: the same variance, no shift.
+//! 3. Neighbouring spikes of one form are united if they are one object: nearer to each other than
+//!    half the threshold.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -26,7 +26,7 @@ use crate::bounds::config;
 use crate::geom::Length;
 use crate::points::{Beam, Points};
 
-/// What a spike is.
+/// What counts as a spike.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SpikeForm {
     /// A jump of the range between two neighbours.
@@ -37,7 +37,7 @@ pub enum SpikeForm {
 }
 
 impl SpikeForm {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All of them, with their names in settings and for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("jump", Self::Jump, "a jump of the range"),
         ("sum", Self::Sum, "the middle one of three"),
@@ -88,13 +88,13 @@ pub(super) fn spikes(points: &Points, config: &SpikeConfig, found: &mut Vec<Poin
 /// A neighbour, as a beam sees it.
 #[derive(Clone, Copy)]
 struct Side {
-    /// By how much farther it ends, m.
+    /// How much farther it ends, m.
     farther: f64,
-    /// How far apart their ends are, m.
+    /// The distance between their ends, m.
     apart: f64,
     /// Variance of either, m².
     var: f64,
-    /// Half of the way to the neighbouring beam at the range of this one.
+    /// Half the distance to the neighbouring beam at the range of this one.
     half_step: Vector2<f64>,
 }
 
@@ -155,10 +155,10 @@ fn by_sum(sides: [Option<Side>; 2], config: &SpikeConfig) -> Option<Spike> {
     if a.farther < 0.0 || b.farther < 0.0 || sum <= config.threshold {
         return None;
     }
-    // The error of B is in both distances.
+    // The error of B affects both distances.
     let sigma = (2.0 * (a.var + b.var)).sqrt();
     let above = probability_within(sum, sigma, [config.threshold, f64::INFINITY]);
-    // With one neighbour on the same thing, it is the thing's edge.
+    // If one neighbour is on the same object, it is the object's edge.
     let is_far = |side: &Side| side.apart > 0.5 * config.threshold;
     let shift = match [is_far(&a), is_far(&b)] {
         [true, false] => a.half_step,
@@ -194,8 +194,8 @@ impl Spike {
     }
 }
 
-/// Step 3: neighbouring spikes of one thing become one in their middle. What two beams hit reaches
-/// from one to the other at least, so the variance stays that of an edge.
+/// Step 3: neighbouring spikes of one object become one in their middle. An object hit by two beams
+/// reaches at least from one to the other, so the variance remains that of an edge.
 fn unite(found: &mut Vec<PointFeature>, first: usize, most: f64) {
     let mut kept = first;
     for index in first..found.len() {

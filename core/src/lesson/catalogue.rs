@@ -1,10 +1,10 @@
-//! What there is to mend: a row for each lesson, from the plainest to the subtlest.
+//! The faults to fix: one row per lesson, from the plainest to the subtlest.
 
 use Measure::{Contacts, Explored, Nees, PositionError, TrajectoryError, WheelDrift};
 
 use super::{Goal, Lesson, Measure};
 
-/// All lessons, in the order in which they are best taken.
+/// All lessons, in the recommended order.
 pub const LESSONS: &[Lesson] = &[
     Lesson {
         name: "blind-faith",

@@ -1,31 +1,31 @@
-//! What a run of a lesson has reached.
+//! How far a run of a lesson has reached its goals.
 
 use super::{Goal, Lesson, Measure};
 use crate::experiment::Experiment;
 use crate::sim::ReachableArea;
 
-/// What a run has reached of one goal.
+/// The result of a run for one goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mark {
-    /// What was asked for.
+    /// The goal.
     pub goal: Goal,
-    /// What was measured, in the unit of the measure; NaN where there is nothing to measure yet.
+    /// The measured value, in the unit of the measure; NaN if there is nothing to measure yet.
     pub value: f64,
-    /// Whether it is enough.
+    /// Whether the goal is met.
     pub is_met: bool,
 }
 
-/// What a run has reached.
+/// The result of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grade {
     /// Goal by goal.
     pub marks: Vec<Mark>,
-    /// Whether it stands: the errand is over, or the time is up.
+    /// Whether it is final: the task is over, or the time is up.
     pub is_over: bool,
 }
 
 impl Grade {
-    /// Whether the fault is mended: the run is over, and has reached all.
+    /// Whether the fault is fixed: the run is over, and has reached all goals.
     #[must_use]
     pub fn is_passed(&self) -> bool {
         self.is_over && self.marks.iter().all(|mark| mark.is_met)
@@ -33,8 +33,7 @@ impl Grade {
 }
 
 impl Lesson {
-    /// What a run has reached by now. `area` is that of its world, see
-    /// [`crate::sim::reachable_area`].
+    /// The result of a run so far. `area` is that of its world, see [`crate::sim::reachable_area`].
     #[must_use]
     pub fn grade(&self, run: &Experiment, area: &ReachableArea) -> Grade {
         let mark = |goal: &Goal| {
@@ -55,7 +54,7 @@ impl Lesson {
         }
     }
 
-    /// Whether a run is to be graded: its errand is over, or its time is up.
+    /// Whether a run can be graded: its task is over, or its time is up.
     #[must_use]
     pub fn is_over(&self, run: &Experiment) -> bool {
         run.session().status().is_over() || run.seconds() >= self.seconds
@@ -63,7 +62,7 @@ impl Lesson {
 }
 
 impl Measure {
-    /// What is measured, in its unit; NaN where there is nothing to measure yet.
+    /// The measured value, in its unit; NaN if there is nothing to measure yet.
     fn of(self, run: &Experiment, area: &ReachableArea) -> f64 {
         match self {
             Self::Explored => run.explored_fraction(area),

@@ -58,7 +58,7 @@ fn the_fault_cannot_be_taken_away_instead() {
         words.contains("`wear.left`") && words.contains("0.06"),
         "{words}"
     );
-    // Not given in the link, and still how the world is.
+    // Not in the link, but still a property of the world.
     let other = crooked.mended(None, &[("wear.right".to_owned(), 0.06)]);
     assert!(matches!(
         other,

@@ -1,5 +1,5 @@
-//! The map that the bridge itself keeps, as far as this client knows it: it is shown beside that of
-//! the run, which does not know of it.
+//! The map that the bridge itself keeps, as far as this client knows it: it is shown beside the map
+//! of the run, which does not use it.
 
 use crate::format::map_server::OccupancyMap;
 use crate::geom::Pose2;
@@ -11,30 +11,30 @@ use crate::wire::message::{FromBridge, GeofenceBody, MapBodyError, MappingBody, 
 /// See the module.
 #[derive(Clone, Debug, Default)]
 pub struct BridgeMap {
-    /// Its cells; none before it came.
+    /// Its cells; `None` before the first one arrived.
     pub map: Option<OccupancyMap>,
-    /// Grows with each map that is another one; 0 for none.
+    /// Grows with each new map; 0 for none.
     pub revision: u64,
-    /// How its mapping does; none of a bridge that does not map.
+    /// State of its mapping; `None` if the bridge does not map.
     pub mapping: Option<MappingBody>,
     /// Where the robot may be in it.
     pub geofence: GeofenceBody,
-    /// `run_map_from_bridge_map`: both know where the robot is. None before they do.
+    /// `run_map_from_bridge_map`, from the robot's pose in both. `None` before both know it.
     pub place: Option<Pose2>,
     pose: CarriedPose,
     fence: Geofence,
 }
 
 impl BridgeMap {
-    /// Where the robot may be, in the run's map; none before both maps know where the robot is.
-    /// Until then the bridge does not let it be armed.
+    /// Where the robot may be, in the run's map; `None` before both maps know where the robot is.
+    /// Until then the bridge does not allow it to be armed.
     pub(super) fn fence_in_run(&self) -> Option<Geofence> {
         Some(self.fence.moved(&self.place?))
     }
 
-    /// Takes what a message says of it; `estimate` is where the robot is now in the run's map.
+    /// Takes a message about it; `estimate` is the robot's present pose in the run's map.
     ///
-    /// # Errors    [`MapBodyError`]; then the map before stays.
+    /// # Errors    [`MapBodyError`]; the previous map then stays.
     pub(super) fn take(
         &mut self,
         message: &FromBridge,
@@ -42,7 +42,7 @@ impl BridgeMap {
     ) -> Result<(), MapBodyError> {
         match message {
             FromBridge::Odometry(body) => {
-                // What is wrong with it the timeline says.
+                // If something is wrong with it, the timeline says so.
                 if let Ok(step) = body.odometry() {
                     self.moved(&step, estimate);
                 }
@@ -58,7 +58,7 @@ impl BridgeMap {
             FromBridge::Mapping(body) => self.mapping = Some(body.clone()),
             FromBridge::Geofence(body) => {
                 self.geofence = body.clone();
-                // A bridge keeps none that is none.
+                // A bridge never keeps an invalid one.
                 self.fence = fence_of(&body.zones).unwrap_or_default();
             }
             _ => (),

@@ -1,16 +1,18 @@
 //! Going home by itself: what a bridge that maps may do when the link to the driver is lost or the
-//! battery gets low, where that was allowed beforehand.
+//! battery gets low, if this was allowed beforehand.
 //!
-//! In: what the bridge says of driver and robot, and the pose in its map. Out: the robot driven to
+//! In: the bridge's reports on driver and robot, and the pose in its map. Out: the robot driven to
 //! where it was armed, by the right that was given for it; or, in words, why it stays.
 //!
-//! 1. Home is where the robot stood when a driver armed it, if its pose was sure then.
-//! 2. A driver whose connection ends, or who says nothing any more, has lost the link. A battery is
-//!    low that stays below its limit. Everything else that disarms is meant to stop the robot.
-//! 3. It goes through what is known to be free only, in safe mode, by the rules that bind every
-//!    driver. Any doubt ends it: a pose that is not sure, a way that nobody has seen, something in
-//!    the way, a robot that comes no further. It is not tried again until a driver armed the robot.
-//! 4. A stop by anybody ends it, a bumper too: they disarm, and nothing here arms after that.
+//! 1. Home is where the robot stood when a driver armed it, if its pose was certain then.
+//! 2. The link is lost if a driver's connection ends, or if the driver falls silent. A battery is
+//!    low if it stays below its limit. Everything else that disarms is meant to stop the robot.
+//! 3. The robot drives only through space known to be free, in safe mode, by the rules that bind
+//!    every driver. Any doubt ends it: an uncertain pose, a path through unseen space, an obstacle,
+//!    a robot that makes no progress. There is no second try until a driver has armed the robot
+//!    again.
+//! 4. A stop by anybody ends it, and so does a bumper: they disarm, and nothing here arms after
+//!    that.
 
 use nalgebra::Point2;
 
@@ -55,15 +57,15 @@ impl Default for HomingConfig {
     }
 }
 
-/// Nearer than this it is at home, m.
+/// Within this distance it is at home, m.
 const AT_HOME: f64 = 0.3;
-/// A battery must stay low for so long, µs; a dip under load does not count.
+/// A battery must stay low for this long, µs; a dip under load does not count.
 const LOW_FOR: u64 = 2_000_000;
-/// The bridge answers within, µs, or does not let the robot be armed.
+/// The bridge answers within this time, µs, or does not allow the robot to be armed.
 const ANSWER: u64 = 2_000_000;
-/// A robot that went less is where it was, m.
+/// A robot that moved less than this has made no progress, m.
 const NO_FURTHER: f64 = 0.1;
-/// Between two places of a way that are looked at, m.
+/// Distance between the checked places of a path, m.
 const STEP: f64 = 0.05;
 
 /// Why it goes home.
@@ -82,7 +84,7 @@ impl Cause {
     }
 }
 
-/// Why it does not, or no further.
+/// Why it does not go home, or stops on the way.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 enum Doubt {
     #[error("nobody gave it a right to drive by itself, or that was taken away")]
@@ -111,11 +113,11 @@ enum Doubt {
 enum State {
     #[default]
     Idle,
-    /// The lease was asked for.
+    /// The lease has been requested.
     Asked { since: u64, cause: Cause },
     Under {
         since: u64,
-        /// Where it was when it came further last, and when.
+        /// Where it was when it last made progress, and when.
         at: Point2<f64>,
         came: u64,
     },
@@ -126,16 +128,16 @@ enum State {
 pub struct Homing {
     pub(super) config: HomingConfig,
     home: Option<Point2<f64>>,
-    /// Whether somebody else's commands moved the robot when this was looked at last.
+    /// Whether the robot was being moved by somebody else's commands at the last check.
     was_driven: bool,
     low_since: Option<u64>,
-    /// It was tried since a driver armed the robot last.
+    /// Whether it was tried since a driver last armed the robot.
     is_spent: bool,
     state: State,
 }
 
 impl Homing {
-    /// Watches, from now on.
+    /// Begins to watch.
     #[must_use]
     pub fn new(config: HomingConfig) -> Self {
         Self {
@@ -148,7 +150,7 @@ impl Homing {
         }
     }
 
-    /// Due every 50 ms, before [`Live::tick`]; what a person should read.
+    /// To be called every 50 ms, before [`Live::tick`]; returns a message for people.
     pub fn step(&mut self, now: u64, live: &mut Live) -> Option<Note> {
         let safety = live.client().safety().cloned()?;
         let cause = self.watch(now, &safety, live);
@@ -159,7 +161,7 @@ impl Homing {
         }
     }
 
-    /// Whether there is a reason to go home; remembers where that is.
+    /// Whether there is a reason to go home; also remembers where home is.
     fn watch(&mut self, now: u64, safety: &SafetyBody, live: &Live) -> Option<Cause> {
         let is_own = safety.driver.is_some() && safety.driver == live.client().number();
         let is_driven = safety.armed && !is_own;
@@ -291,7 +293,7 @@ impl Homing {
         doubt.and_then(|doubt| self.give_up(now, &doubt, live))
     }
 
-    /// Stops the robot, where it is armed, and gives the lease back.
+    /// Stops the robot if it is armed, and gives the lease back.
     fn give_up(&mut self, now: u64, doubt: &Doubt, live: &mut Live) -> Option<Note> {
         if live.client().is_armed() {
             live.stop(now);
@@ -307,7 +309,7 @@ impl Homing {
         Some(note(Severity::Warning, text))
     }
 
-    /// What speaks against driving by this pose.
+    /// The reason not to drive by this pose, if there is one.
     fn doubt_of(&self, estimate: &PoseEstimate, live: &Live) -> Option<Doubt> {
         let state = pose_state::of(live.session().slam());
         if state != PoseState::Localised {
@@ -315,7 +317,7 @@ impl Homing {
         }
         let variance = estimate.cov[(0, 0)].max(estimate.cov[(1, 1)]);
         let (place, turn) = (variance.sqrt(), estimate.cov[(2, 2)].sqrt());
-        // A variance that is no number is no sure pose either.
+        // A variance that is NaN does not make a certain pose either.
         let is_sure = place <= self.config.sigma && turn <= self.config.turn_sigma;
         (!is_sure).then_some(Doubt::Unsure { place, turn })
     }
@@ -325,7 +327,7 @@ fn note(severity: Severity, text: String) -> Note {
     Note { severity, text }
 }
 
-/// Whether the way that was planned leads through what is not known to be free.
+/// Whether the planned path leads through space that is not known to be free.
 fn is_unseen(live: &Live) -> bool {
     let session = live.session();
     let route = session.pilot().route();

@@ -1,10 +1,10 @@
-//! What a run says of its pose, as the wire tells it.
+//! How certain a run's pose is, in the form of the wire.
 
 use crate::estimation::{Localisation, ScanMatcher};
 use crate::slam::Slam;
 use crate::wire::message::PoseState;
 
-/// Whether the pose of `slam` is to be believed.
+/// Whether the pose of `slam` can be trusted.
 pub(super) fn of(slam: &Slam) -> PoseState {
     let view = slam.view();
     if slam.points().is_none() {

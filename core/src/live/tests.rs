@@ -20,16 +20,16 @@ use crate::wire::message::{
 };
 use crate::wire::recording::{Recording, fixture};
 
-/// A bridge of a few lines: grants what is asked for, passes commands on, stops a robot that nobody
-/// keeps going.
+/// A minimal bridge: it grants what is asked for, passes commands on, and stops a robot without a
+/// driver.
 struct Bridge {
     robot: Simulation,
     sequence: u32,
     armed: bool,
-    /// The right to drive was taken away.
+    /// Whether the right to drive was withdrawn.
     refuses: bool,
     driven: f64,
-    /// Sequence of the errand under way.
+    /// Sequence number of the errand in progress.
     errand: Option<u32>,
     said: Vec<ToBridge>,
     /// What it reported, and when.
@@ -186,7 +186,7 @@ fn truth(bridge: &Bridge) -> Pose2 {
     bridge.robot.world().start.inverse() * bridge.robot.truth()
 }
 
-/// What the bridge reported, recorded and mapped again.
+/// The bridge's reports, recorded and mapped again.
 fn replayed(reported: &[(u64, FromBridge)]) -> Replay {
     let recording = Recording::parse(&fixture::write(reported)).unwrap();
     let log = Log::from(recording);

@@ -1,22 +1,22 @@
 //! From two clouds of points to the affine map between them, without a start and without pairs.
 //!
 //! In: two clouds that show the same points, in any order. Out: the map x ↦ A x + t from the first
-//! to the second, and how far it makes them disagree.
+//! to the second, and how much the clouds still disagree under it.
 //!
-//! 1. Each cloud is whitened (`whitened`): what is left between them then is a rotation, or a
+//! 1. Each cloud is whitened (`whitened`). What remains between the two is a rotation, or a
 //!    rotation after a reflection.
-//! 2. The rotation follows from moments of higher order, with and without reflection: by third
-//!    moments together ([`AffineMethod::Moments`]), or by one power sum, whose roots are tried
-//!    ([`AffineMethod::PowerSums`]).
-//! 3. Of all that come into question, that is taken which makes the moments up to the sixth order
-//!    agree best.
+//! 2. The rotation follows from moments of higher order, with and without a reflection: from all
+//!    third moments together ([`AffineMethod::Moments`]), or from one power sum, whose roots are
+//!    tried ([`AffineMethod::PowerSums`]).
+//! 3. Of all candidates, the one is taken under which the moments up to the sixth order agree best.
 //!
-//! Both look at the clouds as wholes: exact where one is a copy of the other, and misled where one
-//! shows what the other does not. Scans that overlap in part are matched by [`super::register`].
+//! Both methods compare the clouds as wholes. They are exact if one cloud is a copy of the other,
+//! and misled if one shows what the other does not. Scans that overlap in part are matched by
+//! [`super::register`].
 //!
 //! Sources: Heikkilä (2004), "Pattern matching with affine moment descriptors"; Ho, Yang, Ikenaga
 //! and Gotoh (2009), "Affine registration with symmetric polynomials". Both whiten by other roots
-//! of the covariance; the rotation that follows takes up the difference.
+//! of the covariance; the rotation absorbs the difference.
 
 mod moments;
 mod power_sums;
@@ -34,14 +34,14 @@ use crate::geom::Pose2;
 /// x ↦ A x + t.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AffineMap {
-    /// A; of negative determinant where it reflects.
+    /// A; its determinant is negative if it reflects.
     pub linear: Matrix2<f64>,
     /// t, m.
     pub shift: Vector2<f64>,
 }
 
 impl AffineMap {
-    /// Where it takes a point.
+    /// Where the map takes a point.
     #[must_use]
     pub fn apply(&self, point: &Point2<f64>) -> Point2<f64> {
         Point2::from(self.linear * point.coords + self.shift)
@@ -75,26 +75,26 @@ impl AffineMethod {
 pub struct AffineFit {
     /// From the first cloud to the second.
     pub map: AffineMap,
-    /// How far the moments of the clouds differ after it, from the third order to the sixth, as a
-    /// part of their size: 0 for copies; 0.1 and more where one cloud shows other things.
+    /// How far the moments of the clouds differ after the map, from the third order to the sixth,
+    /// as a part of their size: 0 for copies; 0.1 and more if one cloud shows other things.
     pub disagreement: f64,
 }
 
 /// Why two clouds have no affine map between them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AffineError {
-    /// Three points that are no line are the least that fixes an affine map.
+    /// An affine map is fixed by at least three points that are not on one line.
     #[error("the {cloud} cloud has {found} points, expected at least 3")]
     TooFewPoints {
-        /// Which of both.
+        /// Which of the two.
         cloud: &'static str,
         /// How many there are.
         found: usize,
     },
-    /// A coordinate is not a number, or so large that its moments are none.
+    /// A coordinate is not a number, or so large that its moments overflow.
     #[error("the {cloud} cloud: point {index} is not finite, or farther away than 1e6 m")]
     NotFinite {
-        /// Which of both.
+        /// Which of the two.
         cloud: &'static str,
         /// The point.
         index: usize,
@@ -102,10 +102,10 @@ pub enum AffineError {
     /// All points lie on a line, or in one place.
     #[error("the {cloud} cloud lies on a line: an affine map across it is not fixed")]
     OnALine {
-        /// Which of both.
+        /// Which of the two.
         cloud: &'static str,
     },
-    /// The moments that tell the rotation are zero.
+    /// The moments that determine the rotation are zero.
     #[error("the clouds are too symmetric: their moments do not tell how one is turned")]
     Symmetric,
 }
@@ -120,7 +120,7 @@ struct Turn {
 
 /// The affine map from one cloud to another.
 ///
-/// # Errors    [`AffineError`]: too few points or none that fix the map.
+/// # Errors    [`AffineError`]: too few points, or points that do not fix the map.
 pub fn register_affine(
     from: &[Point2<f64>],
     to: &[Point2<f64>],

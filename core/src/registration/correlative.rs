@@ -1,13 +1,13 @@
-//! The best pose within a window, found for sure: branch and bound over (x, y, θ).
+//! The global optimum of a pose within a window: branch and bound over (x, y, θ).
 //!
-//! In: points, a [`LikelihoodPyramid`] of a map, a window. Out: the pose of the highest mean
-//! likelihood, to a cell and to the turn that moves the farthest point by a cell.
+//! In: points, a [`LikelihoodPyramid`] of a map, a window. Out: the pose with the highest mean
+//! likelihood, to within a cell and a turn that moves the farthest point by a cell.
 //!
 //! 1. For each turn the points are rotated once and rounded to cells.
 //! 2. Squares of shifts are scored at the coarsest level, where the sum bounds all shifts inside
 //!    from above.
 //! 3. The most promising square is cut in four, and so on down to single cells; squares that cannot
-//!    beat the best found so far are left out.
+//!    beat the best pose found so far are skipped.
 //!
 //! Source: Hess et al. (2016), "Real-time loop closure in 2D LIDAR SLAM", algorithm 3.
 
@@ -34,10 +34,10 @@ pub struct Candidate {
     pub score: f64,
 }
 
-/// Turns of the points to either side, most of one search.
+/// Most turns of the points to either side in one search.
 const MAX_TURNS: i32 = 720;
 
-/// The best pose of `points` around `start` whose score is above `min_score`; `None` where there is
+/// The best pose of `points` around `start` whose score is above `min_score`; `None` if there is
 /// none.
 #[must_use]
 pub fn search(
@@ -50,7 +50,7 @@ pub fn search(
     search_turned(points, map, start, window, min_score, |_| true)
 }
 
-/// The same among the turns from `start`, rad, that `admits` says may be right.
+/// The same, only among the turns from `start`, rad, that `admits` accepts.
 #[must_use]
 pub fn search_turned(
     points: &[Point2<f64>],
@@ -69,8 +69,8 @@ pub fn search_turned(
         .map(|p| p.coords.length())
         .fold(cell, f64::max);
     // The turn that moves the farthest point by one cell; the arc cosine of Hess et al. agrees to 1
-    // %. Wider where that would make too many turns: a coarse search of the whole window finds what
-    // a fine one at its middle misses.
+    // %. It is wider if that would make too many turns: a coarse search of the whole window finds
+    // what a fine search of its middle misses.
     let step = (cell / farthest).max(window.turn / f64::from(MAX_TURNS));
     let turns = ((window.turn / step).ceil() as i32).clamp(0, MAX_TURNS);
     let reach = (window.shift / cell).ceil().clamp(0.0, 1e4) as i32;
@@ -136,7 +136,7 @@ struct Best {
     found: Option<Square>,
 }
 
-/// Most promising first; ties in a fixed order.
+/// The most promising first; ties in a fixed order.
 fn sort(squares: &mut [Square]) {
     squares.sort_by_key(|s| (std::cmp::Reverse(s.bound), s.turn, s.col, s.row));
 }

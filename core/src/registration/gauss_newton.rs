@@ -1,18 +1,19 @@
 //! Points matched to the surfaces of a map, from a start that is nearly right.
 //!
-//! In: oriented points, a [`Target`], a start and what is believed of it. Out: a [`Registration`].
+//! In: oriented points, a [`Target`], a start and a prior of the pose. Out: a [`Registration`].
 //!
-//! 1. Each point is paired with the surfel nearest to where it would lie, if the two surfaces face
-//!    the same way.
-//! 2. The method turns each pair into residuals. A Cauchy kernel gives far ones little weight. Its
-//!    scale shrinks from iteration to iteration, so that a bad start is pulled in and outliers end
-//!    without weight.
-//! 3. Gauss-Newton on (x, y, θ), with the prior as one more residual, until the step is nothing.
-//! 4. A direction of which the points say next to nothing is the prior's alone, in each iteration:
-//!    what little they seem to say along a corridor comes of noisy normals, and pulls towards where
-//!    the map was seen from.
-//! 5. The covariance is the inverse of what the points and the prior say. The verdict looks at the
-//!    points alone: a corridor says nothing about the way along it, and the verdict says so.
+//! 1. Each point is paired with the surfel nearest to it at the current pose, if the two surfaces
+//!    face the same way.
+//! 2. The method turns each pair into residuals. A Cauchy kernel gives distant pairs little weight.
+//!    Its scale shrinks from iteration to iteration, so a bad start is pulled in and outliers lose
+//!    their weight.
+//! 3. Gauss-Newton on (x, y, θ), with the prior as one more residual, until the step is negligible.
+//! 4. In each iteration, a direction that the points hardly constrain is left to the prior alone.
+//!    What little they seem to say along a corridor comes from noisy normals, and pulls towards
+//!    where the map was seen from.
+//! 5. The covariance is the inverse of the information of points and prior together. The verdict
+//!    considers the points alone: if a corridor does not constrain the pose along it, the verdict
+//!    says so.
 //!
 //! Step 4: Zhang, Kaess & Singh (2016), "On degeneracy of optimization-based state
 //! estimation problems".
@@ -69,10 +70,10 @@ config! {
     }
 }
 
-/// Variance where neither points nor prior say anything, m² and rad².
+/// Variance where neither points nor prior give information, m² and rad².
 pub(super) const UNKNOWN: f64 = 1e6;
 
-/// The sums of one iteration: what a method makes of all pairs.
+/// The sums of one iteration: what a method computes from all pairs.
 #[derive(Default)]
 pub(super) struct Sums {
     /// J^T W J of the residuals.
@@ -81,7 +82,7 @@ pub(super) struct Sums {
     pub(super) gradient: Vector3<f64>,
     /// Points that have a partner.
     pub(super) matched: usize,
-    /// Those near to it.
+    /// Those close to their partner.
     pub(super) inliers: usize,
     /// Sum of the inliers' squared distances, m².
     pub(super) squares: f64,
@@ -121,8 +122,8 @@ pub(super) fn pairs<'a, T: Target>(
     })
 }
 
-/// Matches `points` to `target`, from `start`; `accumulate` makes the sums for a pose and a scale
-/// of the kernel, m.
+/// Matches `points` to `target`, from `start`; `accumulate` computes the sums for a pose and a
+/// scale of the kernel, m.
 pub(super) fn register(
     points: &[OrientedPoint],
     start: &Pose2,
@@ -168,7 +169,7 @@ pub(super) fn register(
     outcome(pose, cov, information, counted, iterations, verdict)
 }
 
-/// What one residual of so many points weighs.
+/// The weight of one residual among this many points.
 pub(super) fn weight_of(sums: &Sums, points: usize, config: &MatchConfig) -> f64 {
     let full = 1.0 / (config.sigma * config.sigma * config.redundancy);
     let overlap = sums.inliers as f64 / points.max(1) as f64;
@@ -176,12 +177,13 @@ pub(super) fn weight_of(sums: &Sums, points: usize, config: &MatchConfig) -> f64
     full * part * part
 }
 
-/// Whether a step is nothing.
+/// Whether a step is negligible.
 pub(super) fn is_settled(step: &Vector3<f64>, config: &MatchConfig) -> bool {
     step.x.abs().max(step.y.abs()) < config.shift_tolerance && step.z.abs() < config.turn_tolerance
 }
 
-/// What a match of these sums is worth, `free` being the direction of which nothing is said.
+/// The verdict on a match with these sums; `free` is the direction that the points do not
+/// constrain.
 pub(super) fn verdict_of(
     sums: &Sums,
     free: Option<&Vector3<f64>>,
@@ -203,7 +205,7 @@ pub(super) fn verdict_of(
     }
 }
 
-/// The result of a match of so many points.
+/// The result of a match of this many points.
 pub(super) fn outcome(
     pose: Pose2,
     cov: Option<Matrix3<f64>>,
@@ -226,8 +228,8 @@ pub(super) fn outcome(
 }
 
 impl Sums {
-    /// A distance `off` of a point `arm` from the moving origin, of which `information` says how
-    /// well each direction is known.
+    /// Adds a distance `off` of a point `arm` from the moving origin; `information` says how well
+    /// each direction of it is known.
     pub(super) fn add_off(
         &mut self,
         information: &Matrix2<f64>,
@@ -244,23 +246,22 @@ impl Sums {
         self.gradient += weight * push.push(by_turn.dot(&push));
     }
 
-    /// The step to the least, (x, y, θ), that leaves the motion `free` as it is.
+    /// The step to the minimum, (x, y, θ), that leaves the motion `free` unchanged.
     pub(super) fn step(mut self, free: Option<&Vector3<f64>>) -> Option<Vector3<f64>> {
         if let Some(free) = free {
             self.silence(free);
-            // Held fast, or the rest has no solution.
+            // Held fast, otherwise the system has no solution.
             self.hessian += free * free.transpose() * self.hessian.trace();
         }
         Some(-self.hessian.cholesky()?.solve(&self.gradient))
     }
 
-    /// Takes away all that is said along the motion `free` (x, y, θ), and nothing of what is said
-    /// of the rest.
+    /// Removes all information along the motion `free` (x, y, θ), and none about the rest.
     pub(super) fn silence(&mut self, free: &Vector3<f64>) {
         let push = self.hessian * free;
         let said = free.dot(&push);
-        // Nothing to take away where nothing is said. Less than nothing can be said where the
-        // normals of two clouds are compared: noise is then as likely to be against as for.
+        // Nothing to remove where there is no information. It can even be negative where the
+        // normals of two clouds are multiplied: noise then has either sign.
         if said.abs() > 0.0 {
             self.gradient -= push * (free.dot(&self.gradient) / said);
             self.hessian -= push * push.transpose() / said;
@@ -268,13 +269,13 @@ impl Sums {
     }
 }
 
-/// The motion of which points say least, the heading following as it likes best.
+/// The motion that the points constrain least, with the heading free to follow.
 pub(super) struct Weakest {
     /// x, y, θ; its shift of length 1.
     pub(super) motion: Vector3<f64>,
-    /// What they say of it.
+    /// The points' information about it.
     least: f64,
-    /// What they say of it and of the shift across it together.
+    /// Their information about it and about the shift across it, together.
     total: f64,
 }
 
@@ -294,14 +295,14 @@ impl Weakest {
         }
     }
 
-    /// The motion, where they say next to nothing of it: less than this part of all.
+    /// The motion, if the points hardly constrain it: less than this part of the total.
     pub(super) fn if_free(&self, min_share: f64) -> Option<Vector3<f64>> {
         (self.least < min_share * self.total).then_some(self.motion)
     }
 }
 
-/// The motion (x, y, θ; its shift of length 1) of which the points say next to nothing, the heading
-/// following as it likes best.
+/// The motion (x, y, θ; its shift of length 1) that the points hardly constrain, with the heading
+/// free to follow.
 pub(super) fn free_direction(hessian: &Matrix3<f64>, min_share: f64) -> Option<Vector3<f64>> {
     Weakest::of(hessian).if_free(min_share)
 }

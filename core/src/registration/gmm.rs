@@ -1,18 +1,18 @@
-//! Two mixtures of Gaussians, one of each cloud, and the motion that makes their L2 distance least.
+//! Two mixtures of Gaussians, one for each cloud, and the motion that minimises their L2 distance.
 //!
 //! In: two clouds, a start, and a list of widths. Out: the linear map and the shift.
 //!
-//! Each point is the centre of a Gaussian of width σ. The integral of the squared difference of
-//! both mixtures is, but for a factor and for what the motion does not change,
+//! Each point is the centre of a Gaussian of width σ. The integral of the squared difference of the
+//! two mixtures is, up to a factor and to terms that the motion does not change,
 //!
 //! f = 1/M² ΣΣ g(T y_i - T y_j) - 2/(MN) ΣΣ g(T y_i - x_j), g(d) = exp(-|d|² / 4σ²),
 //!
-//! for the product of two Gaussians integrates to one of their distance, of variance 2σ². A rigid
-//! motion does not change the first sum. Gradient and Hessian have closed forms. Each width is
-//! brought to its least by BFGS, from wide to narrow, so that the clouds pull each other together
-//! from afar before details count. That of a rigid motion begins with the true Hessian, or where f
-//! does not bend up in all ways, with that of a parabola above it. A width that is not the last one
-//! only has to come near, with rougher sums. All sums go through [`gauss_transform`].
+//! because the product of two Gaussians integrates to a Gaussian of their distance, of variance
+//! 2σ². A rigid motion does not change the first sum. Gradient and Hessian have closed forms. For
+//! each width, f is minimised by BFGS, from wide to narrow, so the clouds pull each other together
+//! from afar before details count. For a rigid motion, BFGS begins with the true Hessian, or where
+//! f is not convex, with that of a parabola above it. Widths before the last one need only come
+//! near the minimum, with less exact sums. All sums go through [`gauss_transform`].
 //!
 //! Source: Jian & Vemuri (2011), "Robust point set registration using Gaussian mixture models";
 //! Pilch (2016), eqs. (1.56)-(1.58).
@@ -55,30 +55,30 @@ config! {
 pub struct GmmFit {
     /// From the moving cloud to the fixed one.
     pub map: AffineMap,
-    /// How far they still differ, at the last width: 0 for equal clouds, 1 where nothing of one
-    /// lies near the other.
+    /// How far they still differ, at the last width: 0 for equal clouds, 1 if nothing of one lies
+    /// near the other.
     pub distance: f64,
     /// Steps taken at all widths together.
     pub iterations: usize,
-    /// Whether the last width was brought to its least.
+    /// Whether f was minimised at the last width.
     pub is_settled: bool,
 }
 
-/// Gradients smaller than this are none: f is about 1.
+/// Gradients smaller than this count as zero: f is about 1.
 const FLAT: f64 = 1e-7;
-/// Of the last width, a step shorter than this part of it is the last one: those of BFGS become
-/// shorter ever faster.
+/// At the last width, a step shorter than this part of it ends the descent: the steps of BFGS
+/// become shorter ever faster.
 const LAST_STEP: f64 = 1e-3;
-/// Of the widths before, which only lead there. Not much larger: where f does not bend up, steps
-/// are short far from its least value as well.
+/// The same for the widths before, which only lead to the last one. Not much larger: where f is not
+/// convex, steps are also short far from its minimum.
 const STEP_BETWEEN: f64 = 0.01;
-/// Error of the sums of those widths, at least: f falls by more in a step that counts.
+/// Least error of the sums at those widths: a step that matters lowers f by more.
 const ERROR_BETWEEN: f64 = 1e-4;
 /// Most rounds of shrinking.
 const MOST_ROUNDS: usize = 100;
 
-/// The map that lays `moving` on `fixed`, from `start`. `None` of clouds without extent, or points
-/// that are no numbers.
+/// The map that lays `moving` on `fixed`, from `start`. `None` if the clouds have no extent, or a
+/// coordinate is not a number.
 #[must_use]
 pub fn register_mixtures(
     moving: &[Point2<f64>],
@@ -89,7 +89,7 @@ pub fn register_mixtures(
     register_mixtures_watched(moving, fixed, start, config, &mut ())
 }
 
-/// [`register_mixtures`], with somebody who looks.
+/// [`register_mixtures`], with a [`Watch`] that sees each step.
 pub(super) fn register_mixtures_watched(
     moving: &[Point2<f64>],
     fixed: &[Point2<f64>],
@@ -104,7 +104,7 @@ pub(super) fn register_mixtures_watched(
         points.iter().map(moved).collect()
     };
     let (y, x) = (normal(moving, &from.mean), normal(fixed, &to.mean));
-    // The start, between clouds that are moved and scaled.
+    // The start, between the clouds as moved and scaled.
     let shift = (start.rotate(from.mean) + start.position().coords - to.mean) / scale;
     let (sin, cos) = sin_cos(start.heading());
     let mut parameters = DVector::from_vec(match config.is_affine {
@@ -200,7 +200,7 @@ fn linear(parameters: &[f64]) -> (Matrix2<f64>, Vector2<f64>) {
     }
 }
 
-/// f of one width.
+/// f at one width.
 struct Mixtures<'a> {
     moving: &'a [Point2<f64>],
     fixed: &'a [Point2<f64>],
@@ -222,7 +222,7 @@ impl<'a> Mixtures<'a> {
         }
     }
 
-    /// ΣΣ g of a cloud with itself, over the square of its number.
+    /// ΣΣ g of a cloud with itself, divided by the square of its size.
     fn own(&self, points: &[Point2<f64>]) -> f64 {
         let ones = vec![[1.0]; points.len()];
         let sums = gauss_transform(points, &ones, points, self.sigma, self.error, None);
@@ -236,13 +236,13 @@ impl<'a> Mixtures<'a> {
         self.moving.iter().map(moved).collect()
     }
 
-    /// Σ g, Σ g x and Σ g y of the fixed points at each of these.
+    /// Σ g, Σ g x and Σ g y of the fixed points at each of these points.
     fn at(&self, moved: &[Point2<f64>]) -> Vec<[f64; 3]> {
         let (fixed, weights) = (self.fixed, &self.weights);
         gauss_transform(fixed, weights, moved, self.sigma, self.error, None)
     }
 
-    /// Each moving point, the mean of the fixed ones as it hears them, and how much it hears.
+    /// For each moving point, the mean of the fixed points weighted by g, and the total weight.
     fn pulls(&self, parameters: &[f64]) -> Vec<(Vector2<f64>, Vector2<f64>, f64)> {
         let moved = self.moved(parameters);
         let sums = self.at(&moved);
@@ -252,9 +252,9 @@ impl<'a> Mixtures<'a> {
             .collect()
     }
 
-    /// The inverse of the Hessian of f by (x, y, θ), where f bends up in all ways; else of one that
-    /// is nowhere less: -g(d) lies below the parabola that touches it, for it is concave in |d|².
-    /// `None` of other parameters, and where nothing of one cloud is heard by the other.
+    /// The inverse of the Hessian of f by (x, y, θ), where f is convex; otherwise of an upper bound
+    /// of it: -g(d) lies below the parabola that touches it, because it is concave in |d|². `None`
+    /// for other parameters, and if the clouds are too far apart to affect each other.
     fn inverse_hessian(&self, parameters: &[f64]) -> Option<DMatrix<f64>> {
         let [hessian, above] = self.hessians(parameters)?;
         let inverse = (hessian.cholesky()).or_else(|| above.cholesky())?.inverse();
@@ -292,8 +292,8 @@ impl<'a> Mixtures<'a> {
         Some([hessian * factor, above * factor])
     }
 
-    /// f and its gradient; of a rigid motion less what it does not change, the moving cloud's sum
-    /// with itself.
+    /// f and its gradient. For a rigid motion, without the constant sum of the moving cloud with
+    /// itself.
     fn value(&self, parameters: &[f64]) -> (f64, Vec<f64>) {
         let (_, shift) = linear(parameters);
         let moved = self.moved(parameters);
@@ -303,7 +303,7 @@ impl<'a> Mixtures<'a> {
         let mut add = |moved: &[Point2<f64>], sums: &[[f64; 3]], factor: f64, is_own: bool| {
             for ((p, y), [sum, x_sum, y_sum]) in moved.iter().zip(self.moving).zip(sums) {
                 value += factor * sum;
-                // d g / d p = -(p - x) g / σ²; in its own sum each point stands twice.
+                // d g / d p = -(p - x) g / σ²; in the cloud's own sum each point occurs twice.
                 let toward = Vector2::new(*x_sum, *y_sum) - p.coords * *sum;
                 let twice = if is_own { 2.0 } else { 1.0 };
                 let by_point = toward * (factor * scale * twice);

@@ -1,21 +1,20 @@
-//! Where points lie in a map: matched from where they are believed to be; else searched for; else
+//! Where points lie in a map: matched from the believed pose; otherwise searched for; otherwise
 //! lost.
 //!
 //! In: oriented points, a [`Target`], a believed pose, and how many scans in a row were not found.
 //! Out: [`Located`].
 //!
-//! 1. **Match** from the believed pose. If enough of the points lie on the map, that is where they
-//!    are.
-//! 2. Else odometry is doubted, and the pose **searched** for by branch and bound in a window
-//!    around the believed pose. The window grows with each scan that is not found. The best pose is
-//!    matched again, under a weak prior.
+//! 1. **Match** from the believed pose. If enough of the points lie on the map, they are located.
+//! 2. Otherwise odometry is doubted, and the pose is **searched** for by branch and bound in a
+//!    window around the believed pose. The window grows with each scan that is not found. The best
+//!    pose is matched again, under a weak prior.
 //! 3. A searched pose counts only if the points fix it in all directions and it explains enough of
-//!    them: a corridor fits itself anywhere, and the more poses are tried, the likelier is one that
-//!    fits by chance.
-//! 4. Else the scan is **lost**: the first match stands for what it is worth.
+//!    them: a corridor fits itself anywhere, and the more poses are tried, the likelier it is that
+//!    one fits by chance.
+//! 4. Otherwise the scan is **lost**: the first match is returned for what it is worth.
 //!
-//! Localisation in a prior map locates scans in this way; scan matching and loop closure match and
-//! search by the same parts, and weigh what they find in their own ways.
+//! Localisation in a prior map locates scans in this way. Scan matching and loop closure use the
+//! same functions to match and search, but weigh the results in their own ways.
 
 use nalgebra::{Matrix3, Point2};
 
@@ -53,8 +52,8 @@ pub struct LocateConfig {
 }
 
 impl LocateConfig {
-    /// A scan among those of the last metres, where odometry is seldom far off: it is searched for
-    /// nearby, over fine cells.
+    /// For a scan among those of the last metres, where odometry is seldom far off: it is searched
+    /// for nearby, over fine cells.
     #[must_use]
     pub fn in_recent_scans() -> Self {
         let window = SearchWindow {
@@ -73,8 +72,8 @@ impl LocateConfig {
         }
     }
 
-    /// A scan in a prior map, in which much may stand that is not drawn, and a robot may begin
-    /// elsewhere than it was said: the longer nothing is found, the wider the search.
+    /// For a scan in a prior map. Much may stand there that is not drawn, and the robot may begin
+    /// elsewhere than it was told, so the longer nothing is found, the wider the search.
     #[must_use]
     pub fn in_prior_map() -> Self {
         Self {
@@ -118,11 +117,11 @@ pub struct SearchConfig {
     pub prior: SearchedPrior,
 }
 
-/// What is believed of a searched pose while it is matched.
+/// The prior of a searched pose while it is matched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SearchedPrior {
-    /// This part of what was believed before, now of the searched pose: odometry was wrong, but not
-    /// in all.
+    /// This part of the previous information, now about the searched pose: odometry was wrong, but
+    /// not completely.
     PartOfBefore(f64),
     /// This information of x, y and θ, 1/m² and 1/rad², whatever was believed before.
     Flat(f64),
@@ -159,8 +158,8 @@ impl SearchConfig {
         prior: SearchedPrior::Flat(10.0),
     };
 
-    /// The likelihood of surfaces at these places; `None` where there are none, or they span more
-    /// than can be held.
+    /// The likelihood of surfaces at these places; `None` if there are none, or they span too large
+    /// an area.
     #[must_use]
     pub fn likelihood_of(
         &self,
@@ -176,12 +175,12 @@ impl SearchConfig {
 /// Where points lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Located {
-    /// Where they were believed to be, or near it.
+    /// At the believed pose, or near it.
     Matched(Registration),
-    /// Elsewhere in the window that was searched; what was believed of the pose was wrong.
+    /// Elsewhere in the window that was searched; the believed pose was wrong.
     Found(Registration),
-    /// Too few of them lie on the map, here and wherever else was searched: the match from where
-    /// they were believed to be.
+    /// Too few of them lie on the map, at the believed pose and wherever else was searched: the
+    /// match from the believed pose.
     Lost(Registration),
 }
 
@@ -224,8 +223,8 @@ pub fn locate<T: Target>(
         .map_or(Located::Lost(matched), Located::Found)
 }
 
-/// Step 2 by itself: the best pose in `window` around the believed one, matched. `None` where none
-/// is likely enough, or where the points do not fix it in all directions. Points are turned about
+/// Step 2 by itself: the best pose in `window` around the believed one, matched. `None` if no pose
+/// is likely enough, or if the points do not fix it in all directions. Points are turned about
 /// `pivot`, in their own frame: a cloud that is turned about its middle needs fewer turns.
 #[must_use]
 pub fn search_and_match<T: Target>(
@@ -243,7 +242,7 @@ pub fn search_and_match<T: Target>(
     )
 }
 
-/// The same among the turns, rad, that `admits` says may be right.
+/// The same, only among the turns, rad, that `admits` accepts.
 #[must_use]
 #[expect(
     clippy::too_many_arguments,

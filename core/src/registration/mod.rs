@@ -1,12 +1,12 @@
 //! From two clouds, or a cloud and a map, to the motion between them.
 //!
-//! Whoever has points and a [`Target`] calls [`locate`]: it matches them by the
-//! [`RegistrationMethod`] of its config, and searches where matching fails. A new registration
-//! method is a file here and a row of the table below.
+//! To find points in a [`Target`], call [`locate`]: it matches them by the [`RegistrationMethod`]
+//! of its config, and searches if matching fails. A new registration method is a file here and a
+//! row of the table below.
 //!
-//! Whoever has two clouds calls [`register_clouds`], which has all methods behind one interface,
-//! and one judge of what they find, or [`trace_clouds`] to see each iteration;
-//! [`register_affine`], [`drift`] and [`register_mixtures`] find maps that are not rigid.
+//! To register two clouds, call [`register_clouds`], which has all methods behind one interface and
+//! one judge of their results, or [`trace_clouds`] to see each iteration; [`register_affine`],
+//! [`drift`] and [`register_mixtures`] find maps that are not rigid.
 
 mod affine;
 mod clouds;
@@ -52,7 +52,7 @@ use nalgebra::Point2;
 use crate::geom::Pose2;
 use crate::points::OrientedPoint;
 
-/// A coordinate of a cloud that is larger is no measurement, m; its higher moments are no numbers.
+/// Larger coordinates of a cloud are not measurements, m; their higher moments overflow.
 const FARTHEST: f64 = 1e6;
 
 /// The first point that is not finite, or farther away than [`FARTHEST`].
@@ -62,7 +62,7 @@ fn first_too_far(points: &[Point2<f64>]) -> Option<usize> {
     points.iter().position(|p| !is_near(p))
 }
 
-/// How a pose that is nearly right is made exact.
+/// How a pose that is nearly right is refined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RegistrationMethod {
     /// Distances of points to lines (Censi 2008).
@@ -73,7 +73,7 @@ pub enum RegistrationMethod {
 }
 
 impl RegistrationMethod {
-    /// All methods, with their names in settings, and what a person calls them.
+    /// All methods, with their names in settings and for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("point-to-line", Self::PointToLine, "points to lines"),
         ("point-to-point", Self::PointToPoint, "points to points"),
@@ -94,7 +94,7 @@ pub fn register<T: Target>(
     })
 }
 
-/// What the method makes of all pairs at `pose`, with a kernel of this scale, m.
+/// What the method computes from all pairs at `pose`, with a kernel of this scale, m.
 fn sums<T: Target>(
     points: &[OrientedPoint],
     target: &T,

@@ -1,15 +1,17 @@
-//! All places of a map where points fit, the best first: branch and bound that goes on.
+//! All places of a map where points fit, the best first: branch and bound that continues after the
+//! best.
 //!
-//! In: points, a [`LikelihoodPyramid`] of a map. Out: poses anywhere in it, any way round, each the
-//! best of its surroundings, and how well any other could fit. A room that there is twice has two.
+//! In: points, a [`LikelihoodPyramid`] of a map. Out: poses anywhere in it, at any heading, each
+//! the best of its surroundings, and how well any other pose could fit. A room that exists twice
+//! gives two.
 //!
 //! 1. Squares of shifts are laid over the whole map for each turn, and scored at the coarsest
 //!    level, where the sum bounds all shifts inside from above.
 //! 2. The square with the greatest bound of all is taken and cut in four, whichever turn it belongs
-//!    to: so single cells come out in falling order of their score (best first, where
-//!    [`super::search`] goes in depth).
-//! 3. A cell that comes out is a mode, unless it lies in the surroundings of one that came before;
-//!    squares wholly in such surroundings are not cut any more.
+//!    to, so single cells come out in falling order of their score (best first, whereas
+//!    [`super::search`] goes depth first).
+//! 3. A cell that comes out is a mode, unless it lies in the surroundings of an earlier one;
+//!    squares wholly within such surroundings are not cut any further.
 //!
 //! Source: Hess et al. (2016), "Real-time loop closure in 2D LIDAR SLAM", section V-B, for bounds;
 //! the order is that of A* with the bound as its estimate.
@@ -64,8 +66,8 @@ struct Square {
 pub struct Modes {
     /// The modes, the best first.
     pub found: Vec<Candidate>,
-    /// Nothing outside the surroundings of what was found scores more than this. Far below what was
-    /// found after a whole search; near it, or above, after one that was cut off.
+    /// Nothing outside the surroundings of the modes found scores more than this. After a complete
+    /// search it is far below their scores; after one that was cut off, near them or above.
     pub left: f64,
 }
 
@@ -179,7 +181,7 @@ impl<'a> Search<'a> {
         Pose2::new(at.x, at.y, self.turns[square.turn].0)
     }
 
-    /// Whether all of a square lies in the surroundings of one that was found.
+    /// Whether a square lies wholly in the surroundings of a mode that was found.
     fn is_taken(&self, square: &Square, level: usize, found: &[Candidate]) -> bool {
         let at = self.pose(square);
         let reach = f64::from((1_i32 << level) - 1) * self.map.cell();
@@ -249,7 +251,7 @@ mod tests {
         let config = ModesConfig::default();
         let search = Search::new(&points, &map, &config);
         let (cols, rows) = map.size();
-        // The best of all, and of those that are in nobody's surroundings.
+        // The best of all, and the best outside all surroundings.
         let best = |found: &[Candidate]| {
             let mut best = 0;
             for turn in 0..search.turns.len() {
@@ -268,11 +270,11 @@ mod tests {
         let first = whole.found[0].score;
         assert!((first - best(&[])).abs() < 1e-12);
         assert!(best(&whole.found) <= whole.left);
-        // Nothing is in doubt but what is too poor to be a mode.
+        // Only what is too poor to be a mode remains undecided.
         let poorest = (config.part_of_best * first).max(config.min_score);
         assert!((whole.left - poorest).abs() < 1e-12);
 
-        // A search that is cut off does not claim that there is nothing.
+        // A search that is cut off does not claim that there is nothing else.
         for most_squares in (0..2_000).step_by(100) {
             let cut = ModesConfig {
                 most_squares,
@@ -287,7 +289,7 @@ mod tests {
     #[test]
     fn modes_come_in_order_and_keep_apart() {
         let map = LikelihoodPyramid::new(room(0.0, 0.0).into_iter(), 0.1, 0.1, 5).unwrap();
-        // A single wall fits all walls, and all along them.
+        // A single wall fits every wall, anywhere along it.
         let wall: Vec<_> = (0..30)
             .map(|i| Point2::new(0.05 * f64::from(i), 0.8))
             .collect();

@@ -1,10 +1,10 @@
-//! What every registration method is given of the pose beforehand, and what it answers.
+//! What every registration method gets as prior, and what it returns.
 
 use nalgebra::{Matrix3, Vector2};
 
 use crate::geom::{Pose2, PoseEstimate};
 
-/// What is believed of the pose before the points are asked.
+/// The prior of the pose, before the points are matched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior {
     /// The believed pose.
@@ -13,13 +13,13 @@ pub struct Prior {
     pub information: Matrix3<f64>,
 }
 
-/// What a match is worth.
+/// The verdict on a match.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
     /// The points fix the pose.
     Converged,
-    /// They do not say how far along this direction (unit vector in the map frame); there the prior
-    /// stands.
+    /// They do not fix the pose along this direction (unit vector in the map frame); there the
+    /// prior decides.
     Degenerate {
         /// The direction.
         direction: Vector2<f64>,
@@ -31,16 +31,16 @@ pub enum Verdict {
     },
     /// The last step was still large.
     NotConverged,
-    /// It came to rest where the clouds contradict each other: each lies where the other saw
-    /// through, or nowhere near it.
+    /// It converged where the clouds contradict each other: each lies where the other saw through,
+    /// or nowhere near it.
     LocalMinimum {
-        /// Part of the points that could agree and do, 0 to 1: of all, or of those that tell of the
-        /// way of which least is told.
+        /// Part of the points that agree, of those that could, 0 to 1: of all, or of the points
+        /// that constrain the least known direction.
         agreement: f64,
     },
-    /// Another pose is as good, or may well be: it lies far from the start while one nearer to it
-    /// is as good, or while the scans show partly different things; or of such scans about as much
-    /// agrees elsewhere.
+    /// Another pose is as good, or may well be. The pose found is far from the start while a nearer
+    /// one is as good, or while the scans show partly different things; or such scans agree about
+    /// as well elsewhere.
     Ambiguous,
 }
 
@@ -49,8 +49,8 @@ pub enum Verdict {
 pub struct Registration {
     /// `map_from_points`, with the covariance of points and prior together.
     pub estimate: PoseEstimate,
-    /// What the points alone say: the inverse of their covariance; nothing along a degenerate
-    /// direction.
+    /// The information of the points alone, the inverse of their covariance; zero along a
+    /// degenerate direction.
     pub information: Matrix3<f64>,
     /// Points that lie on their surface.
     pub inliers: usize,
@@ -60,6 +60,6 @@ pub struct Registration {
     pub residual: f64,
     /// Iterations taken.
     pub iterations: usize,
-    /// What it is worth.
+    /// How good it is.
     pub verdict: Verdict,
 }

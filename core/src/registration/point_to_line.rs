@@ -1,8 +1,7 @@
 //! Distances of points to the lines of their surfels.
 //!
 //! A pair's residual is r = nᵀ(p - q) for the point p, the surfel's place q and normal n. Moving
-//! along a wall costs nothing, so that points slide along it towards where they belong, in few
-//! iterations.
+//! along a wall costs nothing, so points slide along it to where they belong, in few iterations.
 //!
 //! Source: Censi (2008), "An ICP variant using a point-to-line metric".
 

@@ -1,22 +1,21 @@
-//! Points that were seen one after the other, matched while the motion in between is corrected.
+//! Points that were seen one after the other, matched while the motion between them is corrected.
 //!
-//! In: points in the robot frame at the end of a motion, moved there by what odometry says of it,
-//! in parts by when they were seen; a [`Target`]; what is believed of the pose and of the error of
-//! that motion. Out: a [`Rolling`]: the pose at the end, and the error.
+//! In: points in the robot frame at the end of a motion, moved there by odometry, in parts by the
+//! time when they were seen; a [`Target`]; the priors of the pose and of the error of that motion.
+//! Out: a [`Rolling`]: the pose at the end, and the error.
 //!
-//! A turning lidar looks about for a good part of a second. Odometry that is wrong by some part of
-//! the motion bends the scan: matched as a whole it lies where the middle of the sweep puts it,
-//! half of the error beside the pose at the end.
+//! One turn of a lidar takes a good part of a second. If odometry is wrong by some part of the
+//! motion, the scan is bent: matched as a whole, it lies where the middle of the sweep puts it, off
+//! by half of the error from the pose at the end.
 //!
-//! 1. The motion is divided into pieces, and its error e into one for each. When a part was seen, a
-//!    share of each piece was still to come, of the last all or some, of the first some or nothing:
-//!    with the pose T at the end, the robot stood at T - Σ w_i e_i then.
-//! 2. Gauss-Newton on T and all e_i together. A part that is matched at its own pose gives the sums
-//!    H and g that matching gives for a rigid scan. With w_0 = -1 for T, their share in the
-//!    equations is w_i w_j H and -w_i g.
-//! 3. What is believed: T is where the motion without its error leads and Σ e_i on top of it, to
-//!    within what is known of the pose at its begin; and Σ e_i is as large as odometry errs, each
-//!    piece by itself.
+//! 1. The motion is divided into pieces, and its error e into one for each piece. When a part was
+//!    seen, a share w_i of each piece was still to come: all or some of the last piece, some or
+//!    nothing of the first. With the pose T at the end, the robot then stood at T - Σ w_i e_i.
+//! 2. Gauss-Newton on T and all e_i together. Matching a part at its own pose gives the sums H and
+//!    g of rigid matching. With w_0 = -1 for T, their share in the equations is w_i w_j H and -w_i
+//!    g.
+//! 3. The prior: T is where the uncorrected motion leads, plus Σ e_i, to within the uncertainty of
+//!    the pose at the beginning; and Σ e_i is as large as odometry errs, each piece independently.
 //!
 //! Source of step 1: Dellenbach et al. (2022), "CT-ICP: real-time elastic LiDAR odometry with loop
 //! closure".
@@ -46,37 +45,37 @@ pub struct Part<'a> {
     pub left: f64,
 }
 
-/// What is believed of the pose at the end, and of the error of the motion that led there.
+/// The prior of the pose at the end, and of the error of the motion that led there.
 #[derive(Clone, Copy, Debug)]
 pub struct RollingPrior {
-    /// Where the motion leads by odometry, and how well is known where it began.
+    /// Where the motion leads by odometry, and how well the pose at its beginning is known.
     pub by_odometry: Prior,
-    /// The error that is expected: (x, y, θ), in the axes of the target, m and rad.
+    /// The expected error: (x, y, θ), in the axes of the target, m and rad.
     pub error: Vector3<f64>,
     /// Inverse of its covariance.
     pub error_information: Matrix3<f64>,
 }
 
-/// The error of a motion, by its pieces, the last one first: each (x, y, θ), in the axes of the
+/// The error of a motion by its pieces, the last one first: each (x, y, θ), in the axes of the
 /// target, m and rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionError([Vector3<f64>; PIECES]);
 
 impl MotionError {
-    /// Spread evenly over the motion.
+    /// The error, spread evenly over the motion.
     #[must_use]
     pub fn even(error: &Vector3<f64>) -> Self {
         Self([error / PIECES as f64; PIECES])
     }
 
-    /// Where what was seen with the share `left` of the motion still to come lies, in the robot
-    /// frame at the `end` of the motion: the correction of what odometry put there.
+    /// Where points lie that were seen with the share `left` of the motion still to come, in the
+    /// robot frame at the `end` of the motion: the correction to where odometry put them.
     #[must_use]
     pub fn correction(&self, end: &Pose2, left: f64) -> Pose2 {
         end.delta_to(&self.pose(end, left))
     }
 
-    /// Where the robot was, for what odometry made of it.
+    /// Where the robot was, relative to where odometry put it.
     fn pose(&self, end: &Pose2, left: f64) -> Pose2 {
         let shares = shares(left);
         let still: Vector3<f64> = self.0.iter().zip(shares).map(|(e, w)| e * w).sum();
@@ -88,7 +87,7 @@ impl MotionError {
     }
 }
 
-/// Of each piece the share that was still to come, the last piece first.
+/// For each piece the share that was still to come, the last piece first.
 fn shares(left: f64) -> [f64; PIECES] {
     let pieces = left * PIECES as f64;
     std::array::from_fn(|piece| (pieces - piece as f64).clamp(0.0, 1.0))
@@ -97,14 +96,14 @@ fn shares(left: f64) -> [f64; PIECES] {
 /// The result of such a match.
 #[derive(Clone, Copy, Debug)]
 pub struct Rolling {
-    /// Of the pose at the end. Its information is what the points say of that pose while the error
-    /// is not known better than beforehand.
+    /// Of the pose at the end. Its information is what the points say about that pose while the
+    /// error is known no better than from the prior.
     pub found: Registration,
     /// The error of the motion.
     pub error: MotionError,
 }
 
-/// Matches `parts` to `target`, from `start` and the error that is expected.
+/// Matches `parts` to `target`, from `start` and the expected error.
 #[must_use]
 pub fn register_rolling<T: Target>(
     parts: &[Part<'_>],
@@ -183,7 +182,7 @@ impl Together {
         };
         for (left, sums) in parts {
             let shares = shares(left);
-            // The derivative of the pose of the part by each of the coordinates.
+            // The derivative of the part's pose by each of the coordinates.
             let by = |at: usize| match at.checked_sub(1) {
                 None => 1.0,
                 Some(piece) => -shares[piece],
@@ -213,7 +212,7 @@ impl Together {
         view += rows;
     }
 
-    /// Takes away all that is said along the motion `free`, of the pose and of the errors alike.
+    /// Removes all information along the motion `free`, about the pose and about the errors alike.
     fn silence(&mut self, free: &Vector3<f64>) {
         let push = self.sums.hessian * free;
         let said = free.dot(&push);
@@ -241,7 +240,7 @@ impl Together {
         self.gradient *= weight;
     }
 
-    /// Adds what is believed beforehand.
+    /// Adds the prior.
     fn believe(&mut self, prior: &RollingPrior, pose: &Pose2, error: &MotionError) {
         let begin = &prior.by_odometry.information;
         let at_begin = begin * (pose.minus(&prior.by_odometry.pose) - error.sum());
@@ -252,7 +251,7 @@ impl Together {
             }
             self.add_rows(row, &(at_begin * sign(row)));
         }
-        // Errors that are independent add up by their variances.
+        // The variances of independent errors add up.
         let information = prior.error_information * PIECES as f64;
         let expected = prior.error / PIECES as f64;
         for (piece, error) in error.0.iter().enumerate() {
@@ -261,8 +260,8 @@ impl Together {
         }
     }
 
-    /// What the points say of the pose at the end, the errors being known as beforehand: their
-    /// Schur complement.
+    /// What the points say about the pose at the end while the errors are known only from the
+    /// prior: the Schur complement.
     fn said_of_pose(&self, error_information: &Matrix3<f64>) -> Matrix3<f64> {
         const ERRORS: usize = 3 * PIECES;
         let whole = self.hessian.fixed_view::<3, 3>(0, 0).into_owned();

@@ -1,21 +1,21 @@
-//! What a method does, iteration by iteration: for whoever wants to see it at work.
+//! What a method does, iteration by iteration, for callers that want to show it at work.
 //!
-//! Every method that iterates shows each iteration to a [`Watch`], from the one place where it is
-//! computed. `()` looks at nothing, and then nothing is made for it: a plain call costs as before.
+//! Every method that iterates reports each iteration to a [`Watch`], from the one place where it is
+//! computed. `()` ignores them, and then nothing is built: a plain call costs no more than without.
 
 use nalgebra::Point2;
 
 use crate::geom::{Length, Pose2};
 
-/// A point of the moving cloud, and where one iteration wants it to be; fixed frame, m.
+/// A point of the moving cloud, and where one iteration pulls it; fixed frame, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correspondence {
     /// Where the point lies before the iteration's step.
     pub from: Point2<f64>,
-    /// Its partner: a point, the foot on a surface, the mean of a cell, or, where every point
-    /// counts a little, the mean of all that it is owed.
+    /// Its partner: a point, the foot on a surface, the mean of a cell, or, if every point counts a
+    /// little, the mean of all points weighted by their probability.
     pub to: Point2<f64>,
-    /// How much it counts beside the one that counts most in this iteration, up to 1.
+    /// Its weight relative to the largest weight in this iteration, up to 1.
     pub weight: f64,
 }
 
@@ -27,18 +27,19 @@ pub struct Iteration {
     /// How far it looks, m: the scale of the kernel (ICP), the side of a cell (NDT), σ of the
     /// mixture (CPD, GMM), half of the window (correlation).
     pub width: f64,
-    /// Root of the mean squared distance of its correspondences by their weights, m; 0 of none.
+    /// Root of the mean squared distance of its correspondences by their weights, m; 0 if there are
+    /// none.
     pub residual: f64,
-    /// Which points pull where. Those that count for less than a hundredth of the first are left
-    /// out.
+    /// Which points are pulled where. Those with less than a hundredth of the largest weight are
+    /// left out.
     pub correspondences: Vec<Correspondence>,
 }
 
-/// Correspondences that count for less than this part of the one that counts most are none.
+/// Correspondences with less than this part of the largest weight are left out.
 const LEAST_WEIGHT: f64 = 0.01;
 
 impl Iteration {
-    /// Of correspondences with weights of any scale.
+    /// From correspondences with weights of any scale.
     pub(super) fn of(
         pose: Pose2,
         width: f64,
@@ -70,16 +71,17 @@ impl Iteration {
     }
 }
 
-/// Who looks at the iterations of a method.
+/// An observer of the iterations of a method.
 pub(super) trait Watch {
-    /// Whether anybody does: who is not looked at need not keep what there is to see.
+    /// Whether it observes anything; if not, nothing needs to be kept for it.
     const LOOKS: bool;
 
-    /// Called once for each iteration, before its step; only who looks makes what there is to see.
+    /// Called once for each iteration, before its step; the iteration is built only if it is
+    /// observed.
     fn see(&mut self, iteration: impl FnOnce() -> Iteration);
 }
 
-/// Nobody looks.
+/// Observes nothing.
 impl Watch for () {
     const LOOKS: bool = false;
 
@@ -87,7 +89,7 @@ impl Watch for () {
     fn see(&mut self, _: impl FnOnce() -> Iteration) {}
 }
 
-/// All are kept.
+/// Keeps all iterations.
 impl Watch for Vec<Iteration> {
     const LOOKS: bool = true;
 
@@ -96,7 +98,8 @@ impl Watch for Vec<Iteration> {
     }
 }
 
-/// Looks at a method that moves a cloud from where it lies at a start: its poses count from there.
+/// Observes a method that moves a cloud from where it lies at a start: its poses are relative to
+/// it.
 pub(super) struct FromStart<'a, W> {
     pub(super) start: Pose2,
     pub(super) watch: &'a mut W,

@@ -1,4 +1,4 @@
-//! From a log to what SLAM takes: scan by scan, the motions that led to it.
+//! From a log to the input of SLAM: scan by scan, with the motions that led to it.
 
 use std::collections::VecDeque;
 
@@ -14,43 +14,43 @@ use crate::settings::LogSettings;
 use crate::wire::recording::{Recorded, Recording, Said};
 use crate::wire::timeline::{Reading, Timeline, explain_gap};
 
-/// A scan, and what led to it.
+/// A scan, and the motions that led to it.
 #[derive(Debug)]
 pub(super) struct Step {
-    /// In order; each follows on the one before.
+    /// In order; each continues the one before.
     pub(super) odometry: Vec<Odometry>,
     pub(super) scan: Scan,
-    /// Time was missed on the way to it.
+    /// Whether time was missed on the way to it.
     pub(super) is_after_gap: bool,
     /// Time of the scan as the log counts it, s.
     pub(super) seconds: f64,
-    /// Odometry alone.
+    /// The pose by odometry alone.
     pub(super) odom_from_robot: Pose2,
 }
 
-/// How far a log was read.
+/// How far a log has been read.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Feed {
-    /// Number of the next message of a recording, of the next scan of other logs.
+    /// Index of the next message of a recording, or of the next scan of other logs.
     next: usize,
-    /// What the log does not say of itself.
+    /// Figures that the log itself does not contain.
     figures: LogSettings,
     has_robot: bool,
-    /// That of the log itself; otherwise poses of another file tell its motion.
+    /// Whether the log's own robot gives the motion; otherwise poses of another file do.
     hears_robot: bool,
-    /// Of a log with such poses, the scan taken last.
+    /// For a log with such poses, the last scan taken.
     moved: Option<Moved>,
     timeline: Timeline,
-    /// Counts of a rover's log.
+    /// Encoder counts of a rover's log.
     tracks: Option<TrackOdometry>,
     readings: VecDeque<Reading>,
     odom_from_robot: Pose2,
-    /// What a person should read; the caller empties it.
+    /// Messages for people; the caller empties the list.
     pub(super) notes: Vec<String>,
     unreadable: usize,
 }
 
-/// Messages that cannot be read and are reported one by one; of more only the number.
+/// Unreadable messages that are reported one by one; of further ones, only the number.
 const MOST_REPORTED: usize = 3;
 
 impl Feed {
@@ -64,12 +64,12 @@ impl Feed {
         }
     }
 
-    /// Whether a robot reports its motion, and is heard.
+    /// Whether a robot reports its motion, and the reports are used.
     pub(super) fn has_robot(&self) -> bool {
         self.has_robot
     }
 
-    /// The next scan; `None` behind the last.
+    /// The next scan; `None` after the last.
     pub(super) fn next(&mut self, log: &Log, robot: &RobotModel) -> Option<Step> {
         let mut step = match log {
             Log::Recording(recording) => return self.step(recording),
@@ -135,7 +135,7 @@ fn ranger_step(log: &RangerLog, index: usize, robot: &RobotModel, reach: f64) ->
     })
 }
 
-/// A lidar alone: nobody knows how it was carried.
+/// A lidar alone: nothing shows how it was carried.
 fn revolution_step(log: &RevolutionLog, index: usize, rate: f64) -> Option<Step> {
     let scan = log.scan(index, rate)?;
     Some(Step {
@@ -147,7 +147,8 @@ fn revolution_step(log: &RevolutionLog, index: usize, rate: f64) -> Option<Step>
     })
 }
 
-/// A recorded motion with the covariance that the robot's model gives to the tracks that made it.
+/// A recorded motion with the covariance that the robot's model gives to the track distances that
+/// made it.
 pub(super) fn recorded_odometry(
     robot: &RobotModel,
     from: Stamp,
@@ -182,7 +183,7 @@ impl Feed {
         })
     }
 
-    /// The next scan of which the poses tell; where they are not to be used, any.
+    /// The next scan that the poses cover; if the poses are not to be used, the next scan.
     fn posed_step(&mut self, posed: &PosedLog, robot: &RobotModel) -> Option<Step> {
         loop {
             let step = self.next(posed.log(), robot)?;
@@ -209,7 +210,7 @@ impl Feed {
                     is_after_gap = true;
                     self.notes.push(explain_gap(seconds));
                 }
-                // Who came into the way of the robot then is nothing to its map.
+                // Partial scans only saw people in the robot's way; the map does not need them.
                 Some(Reading::PartialScan(_)) => {}
                 Some(Reading::Scan(scan)) => {
                     return Some(Step {

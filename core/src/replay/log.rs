@@ -18,17 +18,17 @@ use super::posed_log::PosedLog;
 /// A recorded log.
 #[derive(Clone, Debug)]
 pub enum Log {
-    /// Of a CARMEN logger.
+    /// From a CARMEN logger.
     Carmen(CarmenLog),
-    /// Of the bridge.
+    /// From the bridge.
     Recording(Recording),
-    /// Of a rover with an RPLIDAR.
+    /// From a rover with an RPLIDAR.
     Rover(RoverLog),
-    /// Of a robot with four rangers.
+    /// From a robot with four rangers.
     Rangers(RangerLog),
-    /// Of an RPLIDAR alone, a revolution in each line.
+    /// From an RPLIDAR alone, one revolution per line.
     Revolutions(RevolutionLog),
-    /// Any other one, with the poses of another file as its odometry.
+    /// Any other log, with the poses of another file as its odometry.
     Posed(PosedLog),
 }
 
@@ -69,7 +69,7 @@ impl From<RevolutionLog> for Log {
 }
 
 impl Log {
-    /// Scans in it.
+    /// Number of scans.
     #[must_use]
     pub fn scans(&self) -> usize {
         match self {
@@ -82,7 +82,7 @@ impl Log {
         }
     }
 
-    /// Seconds from its beginning to its end, with what it does not say of itself.
+    /// Seconds from its beginning to its end; `figures` give what the log does not contain.
     #[must_use]
     pub fn duration(&self, figures: &LogSettings) -> f64 {
         match self {
@@ -95,8 +95,8 @@ impl Log {
         }
     }
 
-    /// The robot that it was recorded with: of a rover's log one with tracks and these figures; a
-    /// Pioneer where the log does not tell.
+    /// The robot that it was recorded with: for a rover's log, one with tracks and these figures; a
+    /// Pioneer if the log does not say.
     #[must_use]
     pub fn robot(&self, figures: &LogSettings) -> RobotModel {
         match self {
@@ -115,15 +115,15 @@ impl Log {
         figures.is_some_and(|figures| figures.scans_on_command)
     }
 
-    /// The default settings of its robot.
+    /// The default settings for its robot.
     #[must_use]
     pub fn settings(&self) -> Settings {
         let robot = self.robot(&LogSettings::default());
         Settings::of_robot(&robot, self.scans_on_command())
     }
 
-    /// The method by which it can be mapped where `asked` was asked for: without odometry there is
-    /// only scan matching.
+    /// The method by which it can be mapped if `asked` was requested: without odometry, only scan
+    /// matching works.
     #[must_use]
     pub fn method(&self, asked: Method) -> Method {
         let fallback = Method::ScanMatching;
@@ -143,7 +143,7 @@ impl Log {
         }
     }
 
-    /// What is wrong with its file, where the rest can be used.
+    /// What is wrong with its file, if the rest can be used.
     #[must_use]
     pub fn damage(&self) -> &[Damage] {
         match self {
@@ -153,7 +153,7 @@ impl Log {
         }
     }
 
-    /// What its reader left out of a text: ranges and lines that nothing can have measured.
+    /// What its reader left out of a text: ranges and lines that cannot be measurements.
     #[must_use]
     pub fn left_out(&self) -> Option<&LeftOut> {
         match self {
@@ -166,7 +166,7 @@ impl Log {
         }
     }
 
-    /// What was wrong with the first range of a text where all of them are none.
+    /// What was wrong with the first range of a text in which no range is valid.
     pub(super) fn without_ranges(&self) -> Option<&FieldError> {
         let has_ranges = match self {
             Self::Carmen(log) => log.has_ranges(),
@@ -188,7 +188,7 @@ impl Log {
     }
 }
 
-/// A small rover with tracks, which slips as an RP6 does.
+/// A small rover with tracks, which slips like an RP6.
 fn rover(figures: &LogSettings) -> RobotModel {
     RobotModel {
         name: "rover",

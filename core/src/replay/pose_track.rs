@@ -1,25 +1,25 @@
-//! Where a robot was at any time, by poses from another file.
+//! Where a robot was at any time, from poses in another file.
 //!
 //! In: stamped poses of a [`PosesFile`], and times of scans on the same clock. Out: the pose at
-//! such a time, or that the file does not tell.
+//! such a time, or that the file does not cover it.
 //!
-//! Between two poses the robot moved along an arc of constant speed and turn rate. Where two poses
-//! are too far apart in time nobody knows what happened between them: nothing is said of that time.
+//! Between two poses the robot moved along an arc of constant speed and turn rate. If two poses are
+//! too far apart in time, nobody knows what happened between them, and no pose is given.
 
 use crate::format::poses::PosesFile;
 use crate::geom::Pose2;
 
-/// Poses that are farther apart tell nothing of the time between them, s. Those that come once a
-/// second come not quite in time.
+/// Poses farther apart than this say nothing about the time between them, s. A little more than one
+/// second, because poses written once a second are not exactly regular.
 pub(super) const LONGEST_GAP: f64 = 1.5;
-/// A pose holds for so long before and behind its time, s: stamps are written with few digits.
+/// A pose is valid for this long before and after its time, s: stamps are written with few digits.
 const SAME_TIME: f64 = 0.002;
 
-/// Why poses and scans have nothing to do with each other.
+/// Why poses and scans do not belong together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PosesMisfit {
-    /// Of no scan the pose is known.
+    /// The pose of no scan is known.
     #[error(
         "none of the {scans} scans lies where the poses tell: the scans are from {first:.3} to {last:.3} s, the poses from {from:.3} to {to:.3} s, and none holds for longer than {LONGEST_GAP} s; both must be on one clock"
     )]
@@ -35,26 +35,26 @@ pub enum PosesMisfit {
         /// Time of the last pose, s.
         to: f64,
     },
-    /// A log that has such poses already.
+    /// The log already has such poses.
     #[error("this recording is mapped with the poses of another file already")]
     Twice,
 }
 
-/// Where a robot was, by a file of poses.
+/// Where a robot was, from a file of poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseTrack {
-    /// Times rise; at least one.
+    /// In rising order of time; at least one.
     poses: Vec<(f64, Pose2)>,
 }
 
 impl PoseTrack {
-    /// Times and poses, rising; at least one.
+    /// From times and poses, rising; at least one.
     #[must_use]
     pub fn poses(&self) -> &[(f64, Pose2)] {
         &self.poses
     }
 
-    /// The pose at a time, s; `None` before the first, behind the last, and where two are too far
+    /// The pose at a time, s; `None` before the first, after the last, and where two are too far
     /// apart.
     #[must_use]
     pub fn at(&self, seconds: f64) -> Option<Pose2> {
@@ -73,16 +73,16 @@ impl PoseTrack {
         (off(*time) <= SAME_TIME).then_some(*pose)
     }
 
-    /// The poses between two times, both left out.
+    /// The poses between two times, excluding both.
     pub(super) fn between(&self, from: f64, to: f64) -> &[(f64, Pose2)] {
         let begin = self.poses.partition_point(|(time, _)| *time <= from);
         let end = self.poses.partition_point(|(time, _)| *time < to);
         self.poses.get(begin..end).unwrap_or(&[])
     }
 
-    /// How much of these scans it tells, by their times, s.
+    /// How many of these scans it covers, by their times, s.
     ///
-    /// # Errors    [`PosesMisfit::NoScan`]: nothing at all.
+    /// # Errors    [`PosesMisfit::NoScan`]: none at all.
     pub(super) fn coverage(&self, scans: &[f64]) -> Result<Coverage, PosesMisfit> {
         let untold = scans.iter().filter(|seconds| self.at(**seconds).is_none());
         let coverage = Coverage {
@@ -111,17 +111,17 @@ impl From<PosesFile> for PoseTrack {
     }
 }
 
-/// How many scans of a log poses tell of.
+/// How many scans of a log the poses cover.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Coverage {
     scans: usize,
     untold: usize,
-    /// Time of the first of which they do not, s.
+    /// Time of the first scan that they do not cover, s.
     first: Option<f64>,
 }
 
 impl Coverage {
-    /// A sentence where some are not told of; `so` is what follows from it.
+    /// A sentence if some are not covered; `so` says what follows from it.
     pub(super) fn words(&self, so: &str) -> Option<String> {
         let Self {
             scans,

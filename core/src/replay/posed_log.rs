@@ -1,8 +1,8 @@
 //! A log that is mapped with the poses of another file as its odometry.
 //!
-//! In: a [`Log`] and a [`PoseTrack`] on the same clock. Out: its scans, each with the motions that
-//! led to it by the track. Scans of which the track tells nothing are left out: a motion that is
-//! guessed would look like one that was measured.
+//! In: a [`Log`] and a [`PoseTrack`] on the same clock. Out: its scans, each with the motions of
+//! the track that led to it. Scans that the track does not cover are left out: a guessed motion
+//! would look like a measured one.
 
 use super::feed::{Feed, Step, recorded_odometry};
 use super::log::Log;
@@ -11,7 +11,7 @@ use crate::geom::Pose2;
 use crate::robot::{Odometry, RobotModel, Stamp};
 use crate::settings::LogSettings;
 
-/// Poses that are nearer in time say no more, s.
+/// Poses nearer in time than this add nothing, s.
 const LEAST_APART: f64 = 0.01;
 
 /// A log with the poses of another file.
@@ -23,7 +23,7 @@ pub struct PosedLog {
 }
 
 impl PosedLog {
-    /// `figures`: what the log does not say of itself.
+    /// `figures`: what the log itself does not contain.
     ///
     /// # Errors    [`PosesMisfit`]: the poses are those of another log.
     pub fn new(log: Log, track: PoseTrack, figures: &LogSettings) -> Result<Self, PosesMisfit> {
@@ -38,20 +38,20 @@ impl PosedLog {
         })
     }
 
-    /// Without the poses.
+    /// The log without the poses.
     #[must_use]
     pub fn log(&self) -> &Log {
         &self.log
     }
 
-    /// What a person should know of it.
+    /// What people should know about it.
     #[must_use]
     pub fn note(&self) -> Option<&str> {
         self.note.as_deref()
     }
 
-    /// The step with the motions of the track since the last scan that was used; `None` of a scan
-    /// that is to be left out.
+    /// The step with the motions of the track since the last scan that was used; `None` for a scan
+    /// that is left out.
     pub(super) fn moved(
         &self,
         mut step: Step,
@@ -99,7 +99,7 @@ impl PosedLog {
 /// Where a motion ended.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moved {
-    /// As the log counts, s.
+    /// On the clock of the log, s.
     seconds: f64,
     stamp: Stamp,
     pose: Pose2,
@@ -112,7 +112,7 @@ impl Moved {
     }
 }
 
-/// The times of all scans of a log as it counts them, s.
+/// The times of all scans of a log, on its own clock, s.
 pub(super) fn scan_times(log: &Log, figures: &LogSettings) -> Vec<f64> {
     let robot = log.robot(figures);
     let mut feed = Feed::of(log, figures);

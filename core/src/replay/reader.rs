@@ -1,22 +1,22 @@
-//! Reads a recorded log of any kind, packed or not, recognised by its first bytes.
+//! Reads a recorded log of any kind, packed or not, and recognises it by its first bytes.
 //!
 //! | first | log |
 //! |---|---|
-//! | bytes of MCAP | a recording of the bridge; without messages of one, it is to be imported |
+//! | bytes of MCAP | a recording of the bridge; without messages of a bridge, a file to be imported |
 //! | `#ROSBAG` | a bag of ROS 1, which is to be imported |
-//! | bytes of a kind that is known | none, and it is said what it is ([`known_file`]) |
+//! | bytes of another known kind | none; the error names the kind ([`known_file`]) |
 //! | line: a number | a rover's: counts and ranges, nothing else |
-//! | line: names apart by commas | four rangers' |
+//! | line: names separated by commas | four rangers' |
 //! | line: a sample of a turning lidar, `__t:` or `S_t:` | revolutions of an RPLIDAR |
-//! | line: a word of bytes that are no ASCII text | none |
+//! | line: a word that is not ASCII text | none |
 //! | line: anything else | CARMEN |
 //!
-//! Empty lines and comments (`#`) do not count.
+//! Empty lines and comments (`#`) are ignored.
 //!
 //! In: bytes, in pieces of any size. Out: a [`Log`]. A gzip file (RFC 1952) is unpacked as its
-//! bytes come; several members, one behind the other, are one log. What is to be imported
-//! ([`LogError::is_of_ros`]) is read by [`crate::format::ros`], for a person may have to say what
-//! of it is meant.
+//! bytes arrive; several members in a row are one log. A file to be imported
+//! ([`LogError::is_of_ros`]) is read by [`crate::format::ros`], because a person may have to choose
+//! what to use of it.
 
 use std::io::Write as _;
 
@@ -34,15 +34,15 @@ use crate::wire::recording::{Damage, MAGIC, RecordingError, RecordingReader};
 
 /// The first bytes of a gzip file.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
-/// Bytes that are unpacked at once: what comes of them is at most a thousand times as much.
+/// Bytes that are unpacked at once: they give at most a thousand times as much.
 const PIECE: usize = 1 << 12;
 
-/// What some programs put before a text to say that it is UTF-8.
+/// The bytes that some programs put before a text to mark it as UTF-8.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
-/// What a log is shows within so many bytes; with more comments at its head it is CARMEN's.
+/// The kind of a log shows within this many bytes; with more comments at its head it is CARMEN's.
 const MOST_UNDECIDED: usize = 1 << 16;
 
-/// What is opened.
+/// What can be opened.
 const KINDS: &str = "a CARMEN log (FLASER, RLASER or ROBOTLASER1 messages), a rover's log (lines of \
     counts and ranges), a log of four rangers (CSV), revolutions of an RPLIDAR (samples), a \
     recording of the bridge or of ROS 2 (MCAP) or a bag of ROS 1; all but the last two may be packed by gzip";
@@ -51,7 +51,7 @@ const KINDS: &str = "a CARMEN log (FLASER, RLASER or ROBOTLASER1 messages), a ro
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogError {
-    /// Bytes of none of the kinds.
+    /// Bytes of none of the known kinds.
     #[error("the file is no text, nor a recording; expected {KINDS}")]
     NoLog,
     /// A file of another kind.
@@ -62,37 +62,37 @@ pub enum LogError {
         "this is a bag of ROS 1, which has to be imported; if it is packed by gzip, unpack it first"
     )]
     Bag,
-    /// As a CARMEN log.
+    /// The error of a CARMEN log.
     #[error(transparent)]
     Carmen(#[from] CarmenError),
-    /// As a rover's log, one of four rangers, or one of revolutions.
+    /// The error of a rover's log, one of four rangers, or one of revolutions.
     #[error(transparent)]
     Text(#[from] TextLogError),
-    /// As a recording.
+    /// The error of a recording.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// A recording in which nothing was seen.
+    /// A recording without any scan.
     #[error("the recording holds no scan: nothing can be mapped")]
     NoScan,
-    /// The same, of a file that is damaged: there may have been some.
+    /// The same for a damaged file: it may have contained some.
     #[error("{error}; {damage}", error = Self::NoScan)]
     NoScanLeft {
-        /// The first of it.
+        /// The first damage.
         damage: Damage,
     },
-    /// A text in which all ranges are none.
+    /// A text in which no range is valid.
     #[error("nothing was measured in any scan: nothing can be mapped; the first: {0}")]
     NothingMeasured(FieldError),
     /// A gzip file that cannot be unpacked.
     #[error("the gzip file is damaged, or not all of it is here: {0}")]
     Gzip(String),
-    /// A gzip file in another one.
+    /// A gzip file inside another one.
     #[error("the gzip file holds another gzip file; unpack it once")]
     GzipInGzip,
 }
 
 impl LogError {
-    /// Whether the file may be one of ROS, to be read by [`crate::format::ros`] and
+    /// Whether the file may be from ROS, to be read by [`crate::format::ros`] and
     /// [`super::import_ros`].
     #[must_use]
     pub fn is_of_ros(&self) -> bool {
@@ -113,10 +113,10 @@ pub struct LogReader {
     file: File,
 }
 
-/// What the file is.
+/// The kind of the file.
 #[derive(Debug)]
 enum File {
-    /// Fewer bytes than show it.
+    /// Too few bytes to tell.
     Undecided(Vec<u8>),
     Plain(Box<PlainReader>),
     Gzip(Box<GzipReader>),
@@ -129,7 +129,7 @@ impl Default for File {
 }
 
 impl LogReader {
-    /// Takes the next bytes, as many as there are.
+    /// Takes the next bytes, any number.
     ///
     /// # Errors    [`LogError`]: what is wrong, and where.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), LogError> {
@@ -151,7 +151,7 @@ impl LogReader {
         }
     }
 
-    /// The log is all there.
+    /// Ends the log and returns it.
     ///
     /// # Errors    [`LogError`]: what is wrong, and where.
     pub fn finish(self) -> Result<Log, LogError> {
@@ -163,7 +163,7 @@ impl LogReader {
     }
 }
 
-/// Reads a log that is packed.
+/// Reads a packed log.
 #[derive(Debug)]
 struct GzipReader {
     decoder: MultiGzDecoder<Vec<u8>>,
@@ -198,10 +198,10 @@ impl GzipReader {
     }
 }
 
-/// Reads a log that is not packed, or no more.
+/// Reads a log that is not packed, or has been unpacked.
 #[derive(Debug)]
 enum PlainReader {
-    /// Fewer bytes than show what it is.
+    /// Too few bytes to tell what it is.
     Undecided(Vec<u8>),
     /// Text with names of messages.
     Carmen(CarmenReader),
@@ -278,7 +278,7 @@ impl PlainReader {
             Self::Rover(reader) => Log::Rover(reader.finish()?),
             Self::Rangers(reader) => Log::Rangers(reader.finish()?),
             Self::Revolutions(reader) => Log::Revolutions(reader.finish()?),
-            // Begun above.
+            // Decided above.
             Self::Undecided(_) => return Err(CarmenError::Empty.into()),
         };
         match log.without_ranges() {
@@ -292,10 +292,10 @@ fn without_mark(begun: &[u8]) -> &[u8] {
     begun.strip_prefix(BYTE_ORDER_MARK).unwrap_or(begun)
 }
 
-/// What a file that is not packed, or no more, is by its first bytes.
+/// The kind of a file that is not packed, or has been unpacked, by its first bytes.
 #[derive(Clone, Copy)]
 enum Kind {
-    /// A picture, or another file of bytes that are no text.
+    /// A picture, or another file whose bytes are not text.
     None,
     Known(KnownFile),
     Gzip,
@@ -308,7 +308,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// `None` where more bytes are needed to tell, which there are not at the `end`.
+    /// `None` if more bytes are needed to tell; at the `end` there are no more.
     fn of(begun: &[u8], end: bool) -> Option<Self> {
         if begun.starts_with(&GZIP) {
             return Some(Self::Gzip);
@@ -316,7 +316,7 @@ impl Kind {
         if begun.starts_with(&MAGIC) {
             return Some(Self::Recording);
         }
-        // The version is told by whoever imports it.
+        // The importer reports the version.
         if begun.starts_with(ANY_BAG) {
             return Some(Self::Bag);
         }
@@ -324,14 +324,14 @@ impl Kind {
         if !end && signs.iter().any(|sign| sign.starts_with(begun)) {
             return None;
         }
-        // The same however the file is cut.
+        // So that the result does not depend on how the file is cut.
         if !end && begun.len() < known_file::ENOUGH {
             return None;
         }
         if let Some(known) = known_file(begun.get(..known_file::ENOUGH).unwrap_or(begun)) {
             return Some(Self::Known(known));
         }
-        // The same however the file is cut.
+        // So that the result does not depend on how the file is cut.
         let (head, end) = match begun.get(..MOST_UNDECIDED) {
             Some(head) => (head, true),
             None => (begun, end),
@@ -415,7 +415,7 @@ mod tests {
                     let text = error.to_string();
                     assert!(text.starts_with(what), "{text}");
                     assert_eq!(error.is_of_ros(), what.contains("ROS"));
-                    // Who learns what it is need not be told what it is not.
+                    // If a file's true kind was reported, the list of expected kinds is not needed.
                     if matches!(error, LogError::Known(_)) || error.is_of_ros() {
                         continue;
                     }
@@ -470,9 +470,9 @@ mod tests {
         let mut damaged = whole.clone();
         let middle = damaged.len() / 2;
         damaged[middle] ^= 0xff;
-        // What was unpacked before may be no log already.
+        // The part unpacked before the damage may already not be a log.
         read(&damaged, 64).unwrap_err();
-        // A checksum that is wrong.
+        // A wrong checksum.
         let mut wrong = whole.clone();
         let checksum = wrong.len() - 6;
         wrong[checksum] ^= 0xff;

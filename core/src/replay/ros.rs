@@ -1,15 +1,15 @@
-//! A recording of ROS, made into one of ours: what an own robot's bag needs to be mapped.
+//! A ROS recording, converted into one of ours, so that a user can map a bag of their own robot.
 //!
-//! In: a [`RosLog`] and which of its topics are meant. Out: a [`Recording`], as a bridge at that
-//! robot would have written it, and notes on what had to be decided.
+//! In: a [`RosLog`] and which of its topics to use. Out: a [`Recording`], as a bridge at that robot
+//! would have written it, and notes on what had to be decided.
 //!
-//! 1. Of several lidars one is chosen by its topic. Odometry comes from an odometry topic, or from
-//!    a transform that moves ([`choice`]).
+//! 1. If there are several lidars, one is chosen by its topic. Odometry comes from an odometry
+//!    topic, or from a moving transform ([`choice`]).
 //! 2. All stamps are put on one clock ([`clock`]).
-//! 3. The transforms that stay tell where the lidar sits on the robot, also upside down; each scan
-//!    is turned to ours ([`scans`]).
-//! 4. Between two poses of the odometry the robot moved along an arc; motions are cut where a scan
-//!    ends, whatever the rates of the two ([`motion`]).
+//! 3. The static transforms give the pose of the lidar on the robot, even upside down; each scan is
+//!    converted to ours ([`scans`]).
+//! 4. Between two poses of the odometry the robot moved along an arc; motions are split where a
+//!    scan ends, whatever the rates of the two ([`motion`]).
 
 mod choice;
 mod clock;
@@ -28,59 +28,59 @@ pub use choice::{Offered, RosChoice, RosOffer};
 use choice::Chosen;
 use motion::Motions;
 
-/// Number of the robot, and of its lidar, in the recording that is made.
+/// Index of the robot, and of its lidar, in the resulting recording.
 const ROBOT: u8 = 0;
 const LIDAR: u8 = 1;
 
-/// What an import gives.
+/// The result of an import.
 #[derive(Clone, Debug)]
 pub struct Imported {
     /// As a bridge would have recorded it; stamps are those of the file, µs since 1970.
     pub recording: Recording,
-    /// What a person should know of it, a sentence each.
+    /// What people should know about it, a sentence each.
     pub notes: Vec<String>,
 }
 
-/// Why a recording of ROS cannot be mapped.
+/// Why a ROS recording cannot be mapped.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
-    /// It is none.
+    /// It is not a ROS recording.
     #[error(transparent)]
     File(#[from] RosError),
-    /// Nothing in it is a scan.
+    /// It contains no scans.
     #[error(
         "the file holds no scan (sensor_msgs/LaserScan or MultiEchoLaserScan){}; points of a 3D lidar become scans by pointcloud_to_laserscan",
         topics(.0)
     )]
     NoScan(Vec<String>),
-    /// The same, of a file that is damaged: there may have been some.
+    /// The same for a damaged file: it may have contained some.
     #[error("{error}; {damage}", error = Self::NoScan(.topics.clone()))]
     NoScanLeft {
-        /// What else there is.
+        /// The other topics.
         topics: Vec<String>,
-        /// The first of it.
+        /// The first damage.
         damage: String,
     },
-    /// There are several, and nobody said which.
+    /// There are several, and none was chosen.
     #[error("{what} stands in several topics: {}; choose one", .names.join(", "))]
     Several {
-        /// What does.
+        /// What there are several of.
         what: &'static str,
         /// The topics, with what they hold.
         names: Vec<String>,
     },
-    /// There is none of this name.
+    /// There is none with this name.
     #[error("there is no topic `{name}` with {what}; there are {}", .names.join(", "))]
     NoTopic {
-        /// As it was asked for.
+        /// The requested name.
         name: String,
-        /// What was asked for.
+        /// What was requested.
         what: &'static str,
-        /// What there is.
+        /// The names that exist.
         names: Vec<String>,
     },
-    /// The lidar does not look around in the plane that the robot drives in.
+    /// The lidar does not scan in the plane in which the robot drives.
     #[error(
         "the lidar in frame `{frame}` is tilted by {degrees:.0}° against `{base}`: what it sees is no section of the building at one height, and cannot be mapped in two dimensions"
     )]
@@ -89,13 +89,13 @@ pub enum ImportError {
         frame: String,
         /// Frame of the robot.
         base: String,
-        /// Between the axes that should be upright.
+        /// Angle between the axes that should both be vertical, degrees.
         degrees: f64,
     },
     /// None of the scans can be used.
     #[error("none of the {0} scans can be used: {1}")]
     NothingLeft(usize, String),
-    /// A scan of more beams than a message holds.
+    /// A scan has more beams than fit in a message.
     #[error(transparent)]
     Message(#[from] MessageError),
 }
@@ -107,7 +107,7 @@ fn topics(names: &[String]) -> String {
     }
 }
 
-/// Makes a recording of the topics that are chosen, or of those that can only be meant.
+/// Makes a recording from the chosen topics, or from those that are the only possible choice.
 ///
 /// # Errors    [`ImportError`]: what is missing, or what has to be chosen.
 pub fn import_ros(log: &RosLog, choice: &RosChoice) -> Result<Imported, ImportError> {

@@ -116,7 +116,7 @@ fn a_replay_that_was_paused_and_saved_ends_as_one_that_was_not() {
     assert_eq!(rest.state_hash(), whole.state_hash());
     let slam = rest.session().slam();
     assert_eq!((slam.earlier_scans(), slam.trajectory().len()), (17, 23));
-    // Another day: the whole log again, whose stamps begin anew and are put behind the others.
+    // Another day: the whole log again, whose stamps start over and are placed after the others.
     settings.slam.saved_map = saved(Start::At(Pose2::identity()));
     let mut again = Replay::new(log.clone(), Method::ScanMatching, &settings).unwrap();
     while again.step().unwrap() {}
@@ -129,7 +129,7 @@ fn a_replay_that_was_paused_and_saved_ends_as_one_that_was_not() {
         seconds.iter().all(|s| (100.0..140.0).contains(s)),
         "{seconds:?}"
     );
-    // By other methods there is nothing to go on in, and nothing to save.
+    // Other methods cannot continue in a map, nor save one.
     let refused = Replay::new(log, Method::Odometry, &settings).unwrap_err();
     assert_eq!(refused, ReplayError::Slam(SlamError::NoSavedMap));
     assert!(replay(small_log(), Method::Odometry).saved_map().is_none());
@@ -154,7 +154,7 @@ fn stretches_are_where_the_odometry_stood() {
     assert_eq!(lengths, [4, 7]);
 }
 
-/// The buildings that others are measured on, with the same parameters for all.
+/// The buildings on which others are measured, with the same parameters for all.
 #[test]
 fn recorded_buildings_are_mapped_as_well_as_published() {
     for (name, all, long) in [("intel", 0.025, 0.035), ("fr079", 0.06, 0.09)] {
@@ -194,7 +194,7 @@ fn log_with_somebody() -> CarmenLog {
         for beam in 0..180 {
             let (sin, cos) = crate::geom::sin_cos((f64::from(beam) - 90.0).to_radians());
             let wall = (3.0 / cos.max(1e-9)).min(2.0 / sin.abs().max(1e-9));
-            // The disc of 0.2 m about the person.
+            // The disc of 0.2 m around the person.
             let (along, across) = (
                 person.0 * cos + person.1 * sin,
                 person.1 * cos - person.0 * sin,
@@ -233,7 +233,7 @@ fn nobody_is_looked_for_in_a_log() {
     assert_eq!(replay.session().scans(), 12);
 }
 
-/// Half the way with settings as they were, half with others.
+/// Half of the drive with the old settings, half with others.
 #[test]
 fn a_setting_that_changes_on_the_way_is_obeyed_from_there_on() {
     let log = Log::from(small_log());
@@ -258,7 +258,7 @@ fn a_setting_that_changes_on_the_way_is_obeyed_from_there_on() {
     assert!((rest - 1.0).abs() < 1e-6, "{rest}");
     assert_eq!(replay.session().slam().config().lines, changed.slam.lines);
     assert_ne!(changed.slam.lines, settings.slam.lines);
-    // A refused one changes nothing.
+    // A refused change has no effect.
     let mut wrong = changed.clone();
     wrong.slam.lines.accept.min_length = -1.0;
     assert!(replay.reconfigure(&wrong).is_err());
@@ -276,7 +276,7 @@ fn a_robot_in_a_log_is_found_in_a_prior_map_in_both_ways() {
     for matching in [PriorMapMatching::Lines, PriorMapMatching::Surfaces] {
         let log = Log::from(small_log());
         let mut settings = log.settings();
-        // Of the tenth that the odometry claims too much, most is known.
+        // Most of the tenth that the odometry claims too much is known.
         let calibration = [("odometry.left", -0.07), ("odometry.right", -0.07)];
         settings.take(&SCOPE, calibration).unwrap();
         settings.slam.prior_map = PriorMap::of_faces(&faces, 0.01, &Pose2::identity());

@@ -1,24 +1,24 @@
-//! Errors of a run against poses that are true, from another file.
+//! Errors of a run, compared with true poses from another file.
 //!
-//! In: a [`PoseTrack`] and the poses of the run. Out: what is off, once the two lie on one another:
-//! they have frames of their own, so the rigid motion that brings all positions closest is taken
-//! out first (Umeyama 1991 without scale), as `evo_ape --align` does it.
+//! In: a [`PoseTrack`] and the poses of the run. Out: the errors after alignment. The two have
+//! frames of their own, so the rigid motion that brings all positions closest is removed first
+//! (Umeyama 1991 without scale), as in `evo_ape --align`.
 //!
-//! 1. While a run goes on, its poses as they were believed at each scan are aligned; a map that
-//!    was bent has all of them taken anew.
-//! 2. Asked for the errors of the whole, all poses are taken as they are known now.
+//! 1. While a run goes on, the poses as estimated at each scan are aligned; if the map was
+//!    deformed, all of them are taken anew.
+//! 2. For the errors of the whole run, all poses are taken as they are known now.
 
 use super::pose_track::PoseTrack;
 use crate::estimation::Alignment;
 use crate::geom::{Length, Pose2, wrap};
 
-/// What is true of a run, and how it lies in its map.
+/// The truth about a run, and its alignment with the run's map.
 #[derive(Clone, Debug)]
 pub(super) struct Truth {
     pub(super) track: PoseTrack,
     /// `map_from_truth`.
     alignment: Alignment,
-    /// Version of the map when all poses were taken last.
+    /// Version of the map when all poses were last taken.
     map_version: u64,
 }
 
@@ -31,8 +31,7 @@ impl Truth {
         }
     }
 
-    /// Takes the pose of the scan at a time, s; `whole` gives all poses where the map was
-    /// bent.
+    /// Takes the pose of the scan at a time, s; `whole` returns all poses if the map was deformed.
     pub(super) fn take(
         &mut self,
         (seconds, pose): (f64, Pose2),
@@ -52,14 +51,14 @@ impl Truth {
         self.alignment = aligned(&self.track, whole);
     }
 
-    /// Where the robot truly is at a time, map frame; `None` where it is not told, or not yet known
-    /// how the two lie.
+    /// The true pose of the robot at a time, map frame; `None` if it is not covered, or the
+    /// alignment is not known yet.
     pub(super) fn at(&self, seconds: f64) -> Option<Pose2> {
         Some(self.alignment.target_from_source()? * self.track.at(seconds)?)
     }
 }
 
-/// Of the track to a trajectory.
+/// The alignment of the track with a trajectory.
 pub(super) fn aligned(track: &PoseTrack, trajectory: &[(f64, Pose2)]) -> Alignment {
     let mut alignment = Alignment::default();
     for (seconds, pose) in trajectory {
@@ -79,18 +78,18 @@ pub struct PoseError {
     pub truth: Pose2,
     /// Distance of the positions, m.
     pub position: f64,
-    /// Estimate less truth, rad.
+    /// Estimate minus truth, rad.
     pub heading: f64,
 }
 
-/// Errors of a run against what is true.
+/// Errors of a run compared with the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TruthErrors {
     /// Where the frame of the truth lies in the map.
     pub map_from_truth: Pose2,
-    /// Of each scan of which the truth tells.
+    /// For each scan that the truth covers.
     pub poses: Vec<PoseError>,
-    /// Scans of which it does not.
+    /// Number of scans that it does not cover.
     pub left_out: usize,
     /// Root of the mean squared distance, m.
     pub rmse: f64,
@@ -99,7 +98,7 @@ pub struct TruthErrors {
 }
 
 impl TruthErrors {
-    /// Of a trajectory; `None` where fewer than two of its poses are told.
+    /// Errors of a trajectory; `None` if fewer than two of its poses are covered.
     pub(super) fn of(track: &PoseTrack, trajectory: &[(f64, Pose2)]) -> Option<Self> {
         let map_from_truth = aligned(track, trajectory).target_from_source()?;
         let error = |(seconds, pose): &(f64, Pose2)| {
@@ -122,7 +121,7 @@ impl TruthErrors {
         })
     }
 
-    /// A sentence on them.
+    /// A sentence about them.
     #[must_use]
     pub fn words(&self) -> String {
         let Self { rmse, max, .. } = self;

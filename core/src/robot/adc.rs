@@ -1,9 +1,9 @@
-//! Analogue to digital: In: volts. Out: counts, and the volts that a count stands for.
+//! Analogue to digital. In: volts. Out: counts, and the volts that a count stands for.
 
 /// An analogue-to-digital converter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adc {
-    /// Width of its numbers, 1 to 31 bits.
+    /// Width of its counts, 1 to 31 bits.
     pub bits: u32,
     /// Volts of full scale.
     pub reference: f64,
@@ -25,21 +25,21 @@ impl Adc {
         self.reference / f64::from(1_u32 << self.bits.clamp(1, 31))
     }
 
-    /// The number for these volts; beyond the scale the nearest number there is, 0 for NaN.
+    /// The count for these volts; beyond full scale the nearest valid count, 0 for NaN.
     #[must_use]
     pub fn counts(&self, volts: f64) -> u32 {
         let most = (1_u32 << self.bits.clamp(1, 31)) - 1;
-        // A float-to-integer `as` saturates and takes NaN to 0.
+        // A float-to-integer `as` saturates and maps NaN to 0.
         ((volts / self.step()) as u32).min(most)
     }
 
-    /// The middle of the volts that give this number.
+    /// The middle of the voltage range of this count.
     #[must_use]
     pub fn volts(&self, counts: u32) -> f64 {
         (f64::from(counts) + 0.5) * self.step()
     }
 
-    /// Standard deviation of what the steps take away, V: that of a uniform distribution.
+    /// Standard deviation of the quantisation error, V: that of a uniform distribution.
     #[must_use]
     pub fn sigma(&self) -> f64 {
         self.step() / 12.0_f64.sqrt()

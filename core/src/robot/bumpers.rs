@@ -1,8 +1,9 @@
-//! What a robot feels in front.
+//! What a robot feels when it touches something.
 
 /// Which bumpers are pressed.
 ///
-/// The RP6 has two in front; a push from behind presses neither, but is a contact all the same.
+/// The RP6 has two in front; a push from behind presses neither, but counts as contact all the
+/// same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Bumpers {
     /// Front left.
@@ -12,7 +13,7 @@ pub struct Bumpers {
 }
 
 impl Bumpers {
-    /// Whether any is.
+    /// Whether any bumper is pressed.
     #[must_use]
     pub fn any(self) -> bool {
         self.left || self.right

@@ -3,16 +3,16 @@
 //! In: pairs of a known range and the volts measured there. Out: a polynomial of the fifth degree,
 //! its residuals, and whether it can be trusted between the pairs.
 //!
-//! 1. The variable is volts or 1/volts, moved and scaled so that the pairs span [-1, 1]: fifth
+//! 1. The variable is volts or 1/volts, shifted and scaled so that the pairs span [-1, 1]: fifth
 //!    powers of raw volts would cost half the digits.
 //! 2. Least squares by Householder QR of the Vandermonde matrix (Golub & Van Loan §5.3).
-//! 3. The ends of the pairs bound the domain: beyond, volts are clamped, since a polynomial runs
-//!    away there.
-//! 4. Where the derivative changes its sign the polynomial turns round, and one range stands for
-//!    two: that is reported.
+//! 3. The ends of the pairs bound the domain: volts beyond are clamped, because a polynomial
+//!    diverges there.
+//! 4. Where the derivative changes sign, the polynomial turns round, and two voltages give the same
+//!    range: that is reported.
 //!
 //! Why 1/volts: the ranger triangulates, so volts fall nearly like 1/range, and range is nearly a
-//! straight line in 1/volts. In volts the polynomial has to bend and ripples.
+//! straight line in 1/volts. In volts, the polynomial has to bend, and ripples.
 //!
 //! Source: TDK 2016 §1.3 (polynomial of the fifth degree); the specification, "Sensors", for the
 //! pairs.
@@ -26,10 +26,11 @@ use nalgebra::{DMatrix, DVector};
 use self::polynomial::{DEGREE, Polynomial};
 use crate::bounds::{self, OutOfBounds, POSITIVE};
 
-/// Fewest pairs for a fit: one more than coefficients, so that there is a residual to judge it by.
+/// Fewest pairs for a fit: one more than there are coefficients, so that a residual remains to
+/// judge it.
 pub const LEAST_PAIRS: usize = DEGREE + 2;
 
-/// A range set up by hand, and what the ranger said.
+/// A range set up by hand, and the ranger's output there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CalibrationPair {
     /// True range, m.
@@ -38,7 +39,7 @@ pub struct CalibrationPair {
     pub volts: f64,
 }
 
-/// What the polynomial is one of.
+/// The variable of the polynomial.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Variable {
     /// Volts, as in TDK 2016.
@@ -65,12 +66,12 @@ pub struct Characteristic {
 pub struct Fit {
     /// The polynomial.
     pub characteristic: Characteristic,
-    /// For each pair: fitted less true range, m.
+    /// For each pair: fitted minus true range, m.
     pub residuals: Vec<f64>,
     /// Root of the sum of the squared residuals over the degrees of freedom, m.
     pub sigma: f64,
-    /// Volts at which the range begins to rise with the volts; `None` where it falls all along, as
-    /// it should.
+    /// Volts at which the range begins to rise with the volts; `None` if it falls throughout, as it
+    /// should.
     pub reverses_at: Option<f64>,
 }
 
@@ -86,7 +87,7 @@ pub enum CharacteristicError {
         /// Number of pairs.
         count: usize,
     },
-    /// A figure that cannot be.
+    /// A figure that is impossible.
     #[error("calibration pair {pair}: {figure}")]
     Value {
         /// Number of the pair, from 1.
@@ -94,7 +95,7 @@ pub enum CharacteristicError {
         /// The figure at fault.
         figure: OutOfBounds,
     },
-    /// Ranges have to rise and volts to fall from pair to pair: nearer than the peak the ranger is
+    /// Ranges must rise and volts must fall from pair to pair: closer than the peak, the ranger is
     /// ambiguous.
     #[error(
         "calibration pair {pair}: {range} m, {volts} V after {last_range} m, {last_volts} V; expected a greater range and \
@@ -112,7 +113,7 @@ pub enum CharacteristicError {
         /// Volts of the pair before.
         last_volts: f64,
     },
-    /// The pairs do not settle the coefficients.
+    /// The pairs do not determine the coefficients.
     #[error("calibration: the volts lie too close together to settle {} coefficients", DEGREE + 1)]
     Singular,
 }
@@ -149,7 +150,7 @@ impl Characteristic {
         self.polynomial.at(self.scaled(volts))
     }
 
-    /// Change of the range with the volts, m/V; that of the nearest pair beyond them.
+    /// Derivative of the range by the volts, m/V; beyond the pairs, that at the nearest one.
     #[must_use]
     pub fn slope_at(&self, volts: f64) -> f64 {
         let [low, high] = self.domain;
@@ -181,8 +182,8 @@ impl Characteristic {
         }
     }
 
-    /// The derivative is a polynomial too: between its own roots it keeps its sign, so one look
-    /// into each stretch is enough.
+    /// The derivative is a polynomial too: between its own roots its sign is constant, so checking
+    /// each stretch once is enough.
     fn reverses_at(&self) -> Option<f64> {
         let derivative = self.polynomial.derivative();
         let mut borders = vec![-1.0];
@@ -209,7 +210,7 @@ impl Variable {
         }
     }
 
-    /// Change of the variable with the volts.
+    /// Derivative of the variable by the volts.
     fn slope(self, volts: f64) -> f64 {
         match self {
             Self::Volts => 1.0,

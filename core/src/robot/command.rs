@@ -1,12 +1,12 @@
 //! What a robot can be commanded to do.
 
-/// A command to the robot; the simulated and the real one take the very same.
+/// A command to the robot; simulated and real robots take the same commands.
 ///
 /// Source: TDK 2016 §1.2 (`Forward`, `Turn`, `Scan`), and `Velocity` for driving by hand and by the
 /// pilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
-    /// Stand still. Cancels whatever is under way.
+    /// Stand still. Cancels whatever is in progress.
     Stop,
     /// Drive with these speeds until the next command.
     Velocity {
@@ -24,7 +24,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Whether it takes its time and then ends by itself.
+    /// Whether it takes time and then ends by itself.
     #[must_use]
     pub fn is_manoeuvre(&self) -> bool {
         matches!(self, Self::Forward(_) | Self::Turn(_) | Self::Scan)

@@ -1,24 +1,23 @@
-//! The controller of the two motors: encoder counts and wished speeds in, two voltages out, once in
-//! a period.
+//! The controller of the two motors: encoder counts and desired speeds in, two voltages out, once
+//! per period.
 //!
-//! In: counts of both encoders, wished speeds and accelerations of both shafts. Out: voltages
+//! In: counts of both encoders, desired speeds and accelerations of both shafts. Out: voltages
 //! within the battery's.
 //!
 //! 1. Two observers follow the counts: angle, speed, current and load of each motor.
-//! 2. The wished motion is a state of its own: speeds as asked for, their integrals as angles, and
-//!    the currents and voltages that would hold them against the observed loads. What is less what
-//!    is wished is the error; u = u_wished - K e.
-//! 3. Both output errors are integrated, so that neither a load nor a wrong figure leaves one. The
-//!    integral of the error of Ψ'_L is taken from the angle itself: then no rounding of the
-//!    estimated speed adds up, and the way is kept too.
-//! 4. Saturation: what both motors want in common gives way to what they want apart, so a weak
-//!    battery makes the robot slow, not crooked. While a part is cut off, its integrator does not
-//!    run further in that direction (conditional integration), so that nothing has to be unwound
-//!    afterwards.
-//! 5. At rest the voltages are zero (the motors are shorted and brake), and all memory is dropped:
+//! 2. The desired motion is a state of its own: speeds as commanded, their integrals as angles, and
+//!    the currents and voltages that would hold them against the observed loads. The observed state
+//!    minus this is the error e; u = u_wished - K e.
+//! 3. Both output errors are integrated, so neither a load nor a wrong figure leaves a lasting
+//!    error. The integral of the error of Ψ'_L is taken from the angle itself: so rounding errors
+//!    of the estimated speed do not accumulate, and the distance is kept too.
+//! 4. Saturation: the common part of both voltages gives way to their difference, so a weak battery
+//!    makes the robot slow, not crooked. While a part is cut off, its integrator does not run
+//!    further in that direction (conditional integration), so nothing has to be unwound afterwards.
+//! 5. At rest the voltages are zero (the motors are shorted and brake), and all memory is cleared:
 //!    nothing hums or hunts between two counts.
 //!
-//! Straight driving is two equal speeds, turning on the spot two opposite ones, and any arc lies
+//! Driving straight is two equal speeds, turning on the spot two opposite ones, and any arc lies
 //! between: ΔΨ is then a ramp. Source: TDK 2016 §1.1.
 
 mod design;
@@ -38,7 +37,7 @@ use nalgebra::SVector;
 
 use super::DriveTrain;
 
-/// What one shaft is to do now.
+/// The desired motion of one shaft now.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wish {
     /// Speed, rad/s.
@@ -52,12 +51,12 @@ pub struct Wish {
 pub struct DriveController {
     train: DriveTrain,
     gains: Gains,
-    /// No motor gets more, V.
+    /// The limit of each motor's voltage, V.
     supply: f64,
     radians_per_count: f64,
     observers: [Observer; 2],
-    /// Wished angles less the observed ones of when the motion began: of the left shaft, and ΔΨ,
-    /// rad.
+    /// Desired angles, relative to the observed ones when the motion began: of the left shaft, and
+    /// ΔΨ, rad.
     wished: Angles,
     /// Integral of the error of ΔΨ, rad s.
     difference_integral: f64,
@@ -82,8 +81,8 @@ impl Angles {
 }
 
 impl DriveController {
-    /// A controller for a robot that stands, its counts at `counts`; `train` holds the figures it
-    /// believes in.
+    /// A controller for a robot that stands, with its counts at `counts`; `train` holds the figures
+    /// that the controller assumes.
     ///
     /// # Units    `period` s; `radians_per_count` of a shaft.
     /// # Errors    [`DesignError`].
@@ -105,15 +104,15 @@ impl DriveController {
         })
     }
 
-    /// Takes what the battery gives now, V: saturation falls with it. It never counts on more than
-    /// the drive train's own figure; what is no number leaves it as it was.
+    /// Sets the battery's present voltage, V, which limits the output. It is never taken to be more
+    /// than the drive train's own figure; a value that is not a number changes nothing.
     pub fn set_supply(&mut self, volts: f64) {
         if volts.is_finite() {
             self.supply = volts.clamp(0.0, self.train.battery);
         }
     }
 
-    /// The angles that are wished by now.
+    /// The desired angles at present.
     #[must_use]
     pub fn wished(&self) -> Angles {
         self.wished
@@ -125,7 +124,7 @@ impl DriveController {
         self.voltages
     }
 
-    /// One period of standing: no voltage, and what is wished is to be where the counts say.
+    /// One period of standing: no voltage, and the desired angles are set to what the counts say.
     pub fn rest(&mut self, counts: [i64; 2]) -> [f64; 2] {
         let angles = self.angles(counts);
         for (observer, angle) in self.observers.iter_mut().zip(angles) {
@@ -140,7 +139,8 @@ impl DriveController {
         self.voltages
     }
 
-    /// One period of driving: takes the counts at its beginning, gives the voltages until its end.
+    /// One period of driving: takes the counts at its beginning, returns the voltages until its
+    /// end.
     pub fn step(&mut self, counts: [i64; 2], wishes: [Wish; 2]) -> [f64; 2] {
         let angles = self.angles(counts);
         let measured = self.voltages.into_iter().zip(angles);
@@ -158,7 +158,7 @@ impl DriveController {
         counts.map(|count| count as f64 * self.radians_per_count)
     }
 
-    /// (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ'): what is less what is wished.
+    /// (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ'): observed minus desired.
     fn error(&self, wishes: [Wish; 2]) -> SVector<f64, 7> {
         let [left, right] = &self.observers;
         let [current_left, current_right] = self.held(wishes).map(|(current, _)| current);
@@ -179,7 +179,7 @@ impl DriveController {
         [left - feedback[0], right - feedback[1]]
     }
 
-    /// Current and voltage that hold what is wished against the load that is observed.
+    /// Current and voltage that hold the desired motion against the observed load.
     fn held(&self, wishes: [Wish; 2]) -> [(f64, f64); 2] {
         let motors = [&self.train.left, &self.train.right];
         [0, 1].map(|side: usize| {
@@ -188,15 +188,15 @@ impl DriveController {
         })
     }
 
-    /// Lets the wished angles and the integral of ΔΨ go on, unless that would ask for more of what
-    /// is cut off.
+    /// Advances the desired angles and the integral of ΔΨ, unless that would ask for more of the
+    /// part that is cut off.
     fn integrate(&mut self, error: &SVector<f64, 7>, wanted: [f64; 2], wishes: [Wish; 2]) {
         let h = self.gains.period;
         let cut = [0, 1].map(|side: usize| wanted[side] - self.voltages[side]);
         let (cut_in_common, cut_apart) = (cut[0] + cut[1], cut[0] - cut[1]);
         let [left, right] = wishes.map(|wish| wish.speed);
         self.wished.difference += h * (left - right);
-        // More error makes less voltage: where voltage is cut off, only an error of the same sign
+        // More error lowers the voltage: where voltage is cut off, only an error of the same sign
         // may be added.
         if cut_apart * error[0] >= 0.0 {
             self.difference_integral += h * error[0];
@@ -211,12 +211,12 @@ impl DriveController {
     }
 }
 
-/// Cuts voltages to ±`battery`: first what both have in common, then what they have apart.
+/// Limits voltages to ±`battery`: cuts their common part first, then their difference.
 fn within_battery([left, right]: [f64; 2], battery: f64) -> [f64; 2] {
     let (common, apart) = (0.5 * (left + right), 0.5 * (left - right));
     let apart = apart.clamp(-battery, battery);
     let room = battery - apart.abs();
     let common = common.clamp(-room, room);
-    // Once more for the last bit of the sums.
+    // Once more, for the last bit of the sums.
     [common + apart, common - apart].map(|voltage| voltage.clamp(-battery, battery))
 }

@@ -1,14 +1,14 @@
-//! Beams at equal angles, for files and messages that know no others.
+//! Beams at equal angles, for files and messages that store no other angles.
 //!
-//! In: the bearings of a scan, in any order. Out: a first direction, a step, and which beam stands
-//! for each direction.
+//! In: the bearings of a scan, in any order. Out: a first direction, a step, and the beam for each
+//! direction.
 //!
-//! 1. Bearings that rise or fall evenly stay as they are, turned into rising order.
-//! 2. Of others the fan begins behind the widest gap between neighbours: a sensor may look
-//!    backwards, over ±π. All round no gap is wider than that at the back by two steps, and the fan
-//!    begins there.
-//! 3. It has as many directions as there are beams. A beam stands for the direction next to it, at
-//!    most half a step off; of two the nearer reading counts, and a number before none.
+//! 1. Bearings that rise or fall evenly are kept, in rising order.
+//! 2. For others, the fan begins after the widest gap between neighbours, because a sensor may look
+//!    backwards, over ±π. If beams lie all round, no gap is wider than the one at the back by two
+//!    steps, and the fan begins there.
+//! 3. It has as many directions as there are beams. A beam is assigned to the nearest direction, at
+//!    most half a step away. Of two, the nearer reading counts, and a number goes before none.
 
 use std::f64::consts::TAU;
 
@@ -22,9 +22,9 @@ const EVEN: f64 = 1e-3;
 pub struct EvenBeams {
     /// First direction, rad, wrapped.
     pub first: f64,
-    /// From one direction to the next, rad, at least 0.
+    /// Angle between adjacent directions, rad, at least 0.
     pub step: f64,
-    /// Number of the beam for each direction; `None` where there was none so near.
+    /// Index of the beam for each direction; `None` if no beam is near enough.
     pub beams: Vec<Option<usize>>,
 }
 
@@ -35,7 +35,8 @@ impl EvenBeams {
         Self::in_order(bearings).unwrap_or_else(|| Self::by_direction(bearings, ranges))
     }
 
-    /// What a column of the scan says in each direction; `none` where no beam is so near.
+    /// The values of a column of the scan, in order of direction; `none` where no beam is near
+    /// enough.
     #[must_use]
     pub fn pick<T: Copy>(&self, column: &[T], none: T) -> Vec<T> {
         let of = |beam: &Option<usize>| beam.and_then(|beam| column.get(beam)).copied();
@@ -74,7 +75,7 @@ impl EvenBeams {
             } else {
                 from_first
             };
-            // All bearings equal have no step.
+            // If all bearings are equal, there is no step.
             let at = if step > 0.0 {
                 (turned / step).round() as usize
             } else {
@@ -92,8 +93,8 @@ impl EvenBeams {
     }
 }
 
-/// First direction (wrapped) of the narrowest fan that holds all of them, and its width; of what
-/// looks all round it begins at -π.
+/// First direction (wrapped) of the narrowest fan that holds all of them, and its width; if they
+/// lie all round, it begins at -π.
 fn fan(bearings: &[f64]) -> (f64, f64) {
     let mut sorted: Vec<f64> = bearings.iter().map(|bearing| wrap(*bearing)).collect();
     sorted.sort_by(f64::total_cmp);

@@ -1,36 +1,37 @@
-//! Where a turning sensor has lost readings: a [`super::Scan`] is evenly spaced in time, so a
-//! reading that is missing needs a place of its own, or the others seem taken at other instants.
+//! Where a turning sensor has lost readings. A [`super::Scan`] is evenly spaced in time, so a
+//! missing reading needs a place of its own; otherwise the others would seem to be taken at other
+//! instants.
 //!
 //! In: how far the sensor had turned at each reading of one revolution. Out: the places of the
-//! revolution in order, each taken by a reading or lost.
+//! revolution in order, each with its reading or lost.
 //!
-//! The usual step is the median of those between neighbours. Where a step is [`GAP`] of them or
-//! more, places at equal angles fill it; less is the sensor's own unevenness. The revolution begins
-//! and ends half a step from its outermost places.
+//! The usual step is the median of the steps between neighbours. A step of [`GAP`] times that or
+//! more is filled with places at equal angles; a smaller one is the sensor's own unevenness. The
+//! revolution begins and ends half a step beyond its outermost places.
 
 use std::f64::consts::{PI, TAU};
 
-/// Readings were lost where one is this many times as far from the last as usual. Greater: short
-/// losses are taken for unevenness.
+/// Readings were lost if a step is this many times the usual one. Greater: short losses are
+/// mistaken for unevenness.
 const GAP: f64 = 5.0;
-/// Least median step of a sensor that turns, rad: a hundredth of a degree. No sensor is finer, and
-/// a revolution has a bounded number of places.
+/// Least median step of a turning sensor, rad: a hundredth of a degree. No sensor is finer, and it
+/// bounds the number of places in a revolution.
 const LEAST_STEP: f64 = 0.01 * PI / 180.0;
 
-/// A place of a revolution.
+/// A place in a revolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
-    /// Taken by the reading of this number.
+    /// Holds the reading with this index.
     Taken(usize),
-    /// Its reading was lost; the sensor had turned so far, rad.
+    /// Its reading was lost; the sensor had turned this far, rad.
     Lost(f64),
 }
 
 /// All places of a revolution.
 ///
-/// # Units    `turned`: from the beginning of the revolution to each reading, rad, rising from 0
-/// to less than 2π but for jitter. Where it does not rise by a hundredth of a degree at least, no
-/// place is lost.
+/// # Units    `turned`: from the beginning of the revolution to each reading, rad, rising from 0 to
+/// less than 2π apart from jitter. If the median step is below a hundredth of a degree, no place is
+/// lost.
 #[must_use]
 pub fn places_of_revolution(turned: &[f64]) -> Vec<Place> {
     let taken = (0..turned.len()).map(Place::Taken);
@@ -59,7 +60,7 @@ fn lost(from: f64, to: f64, spacing: f64) -> impl Iterator<Item = Place> {
     (1..=missing).map(move |k| Place::Lost(at(k)))
 }
 
-/// The usual angle from one reading to the next; `None` where the readings do not turn.
+/// The usual angle from one reading to the next; `None` if the sensor does not turn.
 fn median_step(turned: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = turned.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_by(f64::total_cmp);
@@ -79,7 +80,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever stretch is lost, each reading keeps its place, and so its instant.
+        /// Whichever stretch is lost, each reading keeps its place, and so its instant.
         #[test]
         fn the_others_stay_in_their_places(first in 0..READINGS, count in 5..300_usize) {
             let is_lost = |reading: usize| (first..first + count).contains(&reading);

@@ -1,6 +1,6 @@
 //! What crosses the border between a robot (real, simulated or recorded) and the rest: stamps,
-//! scans, odometry, commands, the figures of the robot itself, and what turns a ranger's volts into
-//! a range.
+//! scans, odometry, commands, the figures of the robot itself, and the conversion of a ranger's
+//! volts to a range.
 
 mod adc;
 mod bumpers;

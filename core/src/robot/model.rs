@@ -12,12 +12,12 @@ pub struct RobotModel {
     pub length: f64,
     /// Width of the body, m.
     pub width: f64,
-    /// What of the body touches walls.
+    /// The part of the body that touches walls.
     pub shape: BodyShape,
-    /// Effective distance of the tracks when turning, m: slip makes it larger than the one a ruler
-    /// finds.
+    /// Effective distance of the tracks when turning, m: because of slip it is larger than the
+    /// distance measured with a ruler.
     pub track_width: f64,
-    /// The distance of the tracks that a ruler finds, m.
+    /// Distance of the tracks as measured with a ruler, m.
     pub ruled_width: f64,
     /// Distance of one encoder count, m.
     pub metres_per_tick: f64,
@@ -29,18 +29,18 @@ pub struct RobotModel {
     pub max_acceleration: f64,
     /// Highest change of turn rate, rad/s².
     pub max_turn_acceleration: f64,
-    /// What turns the tracks.
+    /// The motors that drive the tracks.
     pub drive: DriveTrain,
-    /// How the odometry errs by chance, as a filter assumes it.
+    /// The random errors of the odometry, as a filter assumes them.
     pub odometry_noise: OdometryNoise,
-    /// How the odometry of a single robot of this kind errs always; no filter knows of it.
+    /// The systematic errors of the odometry of a single robot of this kind; no filter knows them.
     pub odometry_bias: OdometryBias,
 }
 
-/// What of a robot's body touches walls.
+/// The part of a robot's body that touches walls.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BodyShape {
-    /// The disc around it, whatever its heading (TDK 2016 §5.1).
+    /// Its circumscribed circle, whatever its heading (TDK 2016 §5.1).
     #[default]
     Disc,
     /// The rectangle of its length and width about the centre.
@@ -48,35 +48,35 @@ pub enum BodyShape {
 }
 
 impl BodyShape {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All of them, with their names in settings and for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("disc", Self::Disc, "disc"),
         ("rectangle", Self::Rectangle, "rectangle"),
     ];
 }
 
-/// Growth of the odometry's variance with the way.
+/// Growth of the odometry's variance with the distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryNoise {
     /// Variance of a track's distance for each metre it travelled, m²/m.
     pub per_metre: f64,
-    /// Variance of the sideways slip for each metre of way, m²/m.
+    /// Variance of the sideways slip for each metre travelled, m²/m.
     pub lateral_per_metre: f64,
     /// Variance of the heading for each radian turned, rad²/rad: tracks slip most when turning on
     /// the spot.
     pub heading_per_radian: f64,
 }
 
-/// Systematic errors of the odometry: no two robots are worn alike. The simulation draws those of
-/// its robot from its seed, each with a random sign and between half and one and a half times the
-/// size given here.
+/// Systematic errors of the odometry, which differ from robot to robot. The simulation draws those
+/// of its robot from its seed, each with a random sign and between half and one and a half times
+/// the size given here.
 ///
 /// Source: Borenstein & Feng (1996), "Measurement and correction of systematic odometry errors in
 /// mobile robots": unequal wheels and an uncertain wheelbase are the two that matter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OdometryBias {
-    /// How much longer one track runs than the other, as a part of the way: it bends a straight
-    /// drive.
+    /// How much longer one track runs than the other, as a part of the distance: it bends a
+    /// straight drive.
     pub track_mismatch: f64,
     /// How much wider the effective track is than assumed, as a part: it makes each turn too short
     /// or too long.
@@ -84,8 +84,8 @@ pub struct OdometryBias {
 }
 
 impl RobotModel {
-    /// The tracked RP6: board 113 x 189 mm, 0.24 mm a count, tracks 103 mm apart that turn like 197
-    /// mm.
+    /// The tracked RP6: board 113 x 189 mm, 0.24 mm per count, tracks 103 mm apart that turn as if
+    /// they were 197 mm apart.
     ///
     /// Source: the specification, "Motors and the drive controller" and "RP6 over UART".
     #[must_use]
@@ -108,7 +108,7 @@ impl RobotModel {
                 lateral_per_metre: 1e-4,
                 heading_per_radian: 2e-3,
             },
-            // Slip differs from floor to floor: the specification asks to calibrate on a known
+            // Slip differs from floor to floor: the specification asks for a calibration on a known
             // turn.
             odometry_bias: OdometryBias {
                 track_mismatch: 0.02,
@@ -151,7 +151,7 @@ impl RobotModel {
         self.metres_per_tick / self.drive.metres_per_radian
     }
 
-    /// The body's outline, wider by `margin` m on every side; `None` where it is a disc, or nothing
+    /// The body's outline, wider by `margin` m on every side; `None` if it is a disc, or if nothing
     /// of the outline remains.
     #[must_use]
     pub fn outline(&self, margin: f64) -> Option<Footprint> {
@@ -163,7 +163,7 @@ impl RobotModel {
         }
     }
 
-    /// Radius of the disc that holds the body, m.
+    /// Radius of the disc that contains the body, m.
     ///
     /// Source: TDK 2016 §5.1, the robot as a disc.
     #[must_use]

@@ -1,4 +1,4 @@
-//! Direct-current motors, and the two of a robot as one linear system.
+//! DC motors, and the two motors of a robot as one linear system.
 //!
 //! In: a motor's figures. Out: the matrices of x' = A x + B u.
 //!
@@ -8,8 +8,8 @@
 //!    and Ψ'_L.
 //!
 //! All figures are those at the track's shaft, behind the gear: with a gear 1:n the constants c1
-//! and c2 are n times the motor's and its inertia n² times. The robot's mass is shared by the
-//! tracks, half of it each.
+//! and c2 are n times the motor's and its inertia n² times. Each track carries half of the robot's
+//! mass.
 //!
 //! Source: TDK 2016 §1.1.
 
@@ -26,19 +26,19 @@ pub struct MotorModel {
     pub inertia: f64,
     /// Speed constant c1: voltage that turning induces, V s.
     pub speed_constant: f64,
-    /// Torque constant c2: torque of a current, N m/A. Below c1 by what the gear loses.
+    /// Torque constant c2: torque per current, N m/A. Below c1 because of losses in the gear.
     pub torque_constant: f64,
     /// Resistance R, Ω.
     pub resistance: f64,
     /// Inductance L, H.
     pub inductance: f64,
-    /// Dry friction of gear and track, N m: what has to be overcome before anything turns. Not in
-    /// the linear model; the controller takes it for a load, and the simulation stops the shaft by
-    /// it.
+    /// Dry friction of gear and track, N m: it has to be overcome before anything turns. It is not
+    /// in the linear model; the controller treats it as a load, and in the simulation it stops the
+    /// shaft.
     pub dry_friction: f64,
 }
 
-/// Both motors of a robot, and what they turn.
+/// Both motors of a robot, and what they drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveTrain {
     /// Left motor.
@@ -47,17 +47,17 @@ pub struct DriveTrain {
     pub right: MotorModel,
     /// Voltage of the battery, V: no motor gets more.
     pub battery: f64,
-    /// Way of a track for each radian of its shaft, m.
+    /// Distance of a track for each radian of its shaft, m.
     pub metres_per_radian: f64,
-    /// Most that one track can push before it slips on the ground, N: half of weight times
+    /// The largest force of one track before it slips on the ground, N: half of weight times
     /// friction.
     pub grip: f64,
     /// How far the motors of a single robot are from these figures, as a part of their constants.
-    /// The simulation draws each motor's own from its seed; the controller does not know.
+    /// The simulation draws each motor's own from its seed; the controller does not know them.
     pub spread: f64,
 }
 
-/// Why motors cannot be.
+/// Why figures of motors are impossible.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{motor}: {figure}")]
 pub struct MotorError {
@@ -73,7 +73,7 @@ const SPREAD: Bounds = [0.0, 0.49];
 impl MotorModel {
     /// A motor of the RP6 with its gear and track.
     ///
-    /// Nobody has published a data sheet of this motor. Known: 7.2 V, gear 1:72, two motors that
+    /// There is no published data sheet of this motor. Known: 7.2 V, gear 1:72, two motors that
     /// move about 1 kg at 0.30 m/s at most with reserve. Assumed, from motors of this size (280
     /// class): 4.5 Ω, 2 mH, 5.4 mV s at the rotor, rotor 5 g cm², a gear that loses a quarter, and
     /// friction that leaves about 0.37 m/s at full voltage.
@@ -93,8 +93,8 @@ impl MotorModel {
         }
     }
 
-    /// A motor of the Pioneer 2: of the class of Pittman's GM9236 (12 V, 0.71 Ω, 0.66 mH, 0.023 V
-    /// s, rotor 71 g cm²) with gear 1:19.7, wheels of 0.165 m, and 9 kg to move. Gear losses and
+    /// A motor of the Pioneer 2, similar to Pittman's GM9236 (12 V, 0.71 Ω, 0.66 mH, 0.023 V s,
+    /// rotor 71 g cm²), with gear 1:19.7, wheels of 0.165 m, and 9 kg to move. Gear losses and
     /// friction are assumed.
     #[must_use]
     pub fn pioneer() -> Self {
@@ -112,7 +112,7 @@ impl MotorModel {
         }
     }
 
-    /// The same motor with both constants (one and the same magnet makes them) larger by a part.
+    /// The same motor with both constants larger by a part (both come from the same magnet).
     #[must_use]
     pub fn with_stronger_magnet(self, part: f64) -> Self {
         Self {
@@ -140,7 +140,7 @@ impl MotorModel {
     }
 
     /// Current, A, and voltage, V, that hold a speed (rad/s) and an acceleration (rad/s²) against a
-    /// load (N m). The change of the current itself is neglected: it is over within L/R.
+    /// load (N m). The change of the current itself is neglected: it lasts only L/R.
     #[must_use]
     pub fn to_hold(&self, speed: f64, acceleration: f64, load: f64) -> (f64, f64) {
         let torque = self.inertia * acceleration + self.friction * speed + load;
@@ -164,8 +164,8 @@ impl MotorModel {
 }
 
 impl DriveTrain {
-    /// The RP6: 6 NiMH cells, 625 counts of 0.24 mm a turn of the shaft (a radian is 23.9 mm), 1 kg
-    /// on rubber.
+    /// The RP6: 6 NiMH cells, 625 counts of 0.24 mm per turn of the shaft (a radian is 23.9 mm), 1
+    /// kg on rubber.
     #[must_use]
     pub fn rp6() -> Self {
         Self {
@@ -210,7 +210,7 @@ impl DriveTrain {
         (a, b)
     }
 
-    /// Checks that every figure can be.
+    /// Checks that every figure is possible.
     ///
     /// # Errors    [`MotorError`] naming the motor, the field and its value.
     pub fn validate(&self) -> Result<(), MotorError> {

@@ -24,7 +24,7 @@ pub struct Odometry {
     "odometry from {from:.3} s to {to:.3} s: {what}; expected finite numbers and variances of at least 0"
 )]
 pub struct OdometryError {
-    /// Its begin, s.
+    /// Its beginning, s.
     pub from: f64,
     /// Its end, s.
     pub to: f64,
@@ -33,8 +33,8 @@ pub struct OdometryError {
 }
 
 impl Odometry {
-    /// Checks that every number is one. A source calls it once where data enters; afterwards the
-    /// motion is trusted.
+    /// Checks that all numbers are finite and valid. A source calls it once where data enters;
+    /// afterwards the motion is trusted.
     ///
     /// # Errors    [`OdometryError`], naming the instants and the part at fault.
     pub fn validate(&self) -> Result<(), OdometryError> {
@@ -78,7 +78,7 @@ impl Odometry {
         }
     }
 
-    /// Where this motion leads to from `before`, covariances composed to first order.
+    /// The pose to which this motion leads from `before`, covariances composed to first order.
     #[must_use]
     pub fn after(&self, before: &PoseEstimate) -> PoseEstimate {
         let (cos, sin) = before.pose.cos_sin();
@@ -123,7 +123,7 @@ impl Tracks {
     }
 
     /// Covariance of [`Tracks::motion`]: k |Δs| for each track, and lateral slip in proportion to
-    /// the turn and the way.
+    /// the turn and the distance.
     ///
     /// Source: TDK 2016 §3.1 (F_u Q F_uᵀ); the variance in proportion to the distance as in
     /// Siegwart & Nourbakhsh (2004), eq. (5.8).
@@ -139,8 +139,8 @@ impl Tracks {
         cov
     }
 
-    /// F_u Q F_uᵀ: covariance of [`Tracks::motion`] for variances of the distances of the left and
-    /// the right track, m².
+    /// F_u Q F_uᵀ: covariance of [`Tracks::motion`], given the variances of the distances of the
+    /// left and the right track, m².
     ///
     /// Source: TDK 2016 §3.1.
     #[must_use]
@@ -165,14 +165,14 @@ impl Tracks {
     }
 }
 
-/// What a filter assumes of the chance in the odometry.
+/// What a filter assumes about the random errors of the odometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TrackNoise {
-    /// Variances grow with the way and the turn.
+    /// Variances grow with the distance and the turn.
     Proportional(OdometryNoise),
     /// The same variance for each track in each reading of the encoders, m², however far it ran: a
-    /// robot that stands loses its way, and one that runs is believed too much. TDK 2016 §3.1, the
-    /// paper's constant Q.
+    /// standing robot becomes less and less certain, and a driving one is trusted too much. TDK
+    /// 2016 §3.1, the paper's constant Q.
     Constant(f64),
 }
 
@@ -208,7 +208,7 @@ impl TrackOdometry {
         }
     }
 
-    /// The motion since the last call, from counts `[left, right]`; the first call stands still.
+    /// The motion since the last call, from counts `[left, right]`; the first call gives no motion.
     pub fn update(&mut self, stamp: Stamp, ticks: [i64; 2]) -> Odometry {
         let Some((from, last)) = self.last.replace((stamp, ticks)) else {
             return Odometry::standing(stamp);

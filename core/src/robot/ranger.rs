@@ -1,15 +1,15 @@
-//! Infra-red rangers on a servo: their figures, and what turns their volts into ranges.
+//! Infra-red rangers on a servo: their figures, and the conversion of volts to ranges.
 //!
-//! In: volts, as the converter has them. Out: a range with its σ.
+//! In: volts, as the converter reads them. Out: a range with its σ.
 //!
 //! 1. Volts become a range by a [`Characteristic`] fitted to the calibration pairs.
-//! 2. σ is that of the volts (noise and the converter's steps) times the slope of the
-//!    characteristic: a volt is worth d², so σ grows so too. The spread of the fit's residuals is
-//!    added, being what the characteristic does not know.
-//! 3. From the greatest range on, and where the characteristic ends, nothing came back (infinite);
-//!    below the least range the reading is invalid (NaN).
+//! 2. σ is that of the volts (noise and quantisation) times the slope of the characteristic: the
+//!    slope is proportional to d², so σ grows with it. The spread of the fit's residuals is added,
+//!    as the error of the characteristic.
+//! 3. From the greatest range on, and where the characteristic ends, the result is no return
+//!    (infinite); below the least range the reading is invalid (NaN).
 //!
-//! The simulated rangers and those of a real RP6 go through the same figures.
+//! The simulated rangers and those of a real RP6 use the same figures.
 //!
 //! Source: TDK 2016 §1.3 (four rangers, servo); Sharp GP2Y0A02 and GP2Y0A21 data sheets.
 
@@ -118,14 +118,14 @@ impl RangerModel {
 
     /// The characteristic that its readings go through.
     ///
-    /// # Errors    [`CharacteristicError`] for pairs that settle none.
+    /// # Errors    [`CharacteristicError`] for pairs that determine none.
     pub fn fit(&self) -> Result<Fit, CharacteristicError> {
         Characteristic::fit(&self.calibration, self.variable)
     }
 
-    /// What turns its volts into ranges.
+    /// The conversion of its volts to ranges.
     ///
-    /// # Errors    [`CharacteristicError`] for pairs that settle no characteristic.
+    /// # Errors    [`CharacteristicError`] for pairs that determine no characteristic.
     pub fn inverse(&self) -> Result<RangerInverse, CharacteristicError> {
         let fit = self.fit()?;
         Ok(RangerInverse {
@@ -158,7 +158,7 @@ impl RangerInverse {
         let of_volts = self.volts_sigma * self.characteristic.slope_at(volts);
         let sigma = libm::hypot(of_volts, self.fit_sigma) as f32;
         let [lowest, _] = self.characteristic.domain();
-        // Where the characteristic ends it says the same range for ever.
+        // Where the characteristic ends, it gives the same range for all further volts.
         if range >= self.max_range || volts <= lowest {
             return (f32::INFINITY, sigma);
         }

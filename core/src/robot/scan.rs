@@ -6,7 +6,7 @@ use crate::geom::Pose2;
 
 /// Polar readings of one sweep, in the order in which they were taken.
 ///
-/// The columns have the same length, but for `qualities`, which may be empty. Beam `i` of `n` was
+/// The columns have the same length, except `qualities`, which may be empty. Beam `i` of `n` was
 /// taken `sweep * (n - 1 - i) / (n - 1)` seconds before `stamp`: the stamp is that of the last
 /// beam.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,20 +17,19 @@ pub struct Scan {
     pub robot_from_sensor: Pose2,
     /// Direction of each beam in the sensor frame, rad.
     pub bearings: Vec<f64>,
-    /// Range of each beam, m; `INFINITY` where nothing came back, `NAN` where the reading is
-    /// invalid.
+    /// Range of each beam, m; `INFINITY` if nothing came back, `NAN` if the reading is invalid.
     pub ranges: Vec<f32>,
     /// Standard deviation of each range, m.
     pub sigmas: Vec<f32>,
-    /// Strength of each echo in the sensor's own unit (RPLIDAR 0 to 63, LD06 0 to 255); 0 where
-    /// nothing valid came back. Empty where the sensor reports none.
+    /// Strength of each echo in the sensor's own unit (RPLIDAR 0 to 63, LD06 0 to 255); 0 if
+    /// nothing valid came back. Empty if the sensor reports none.
     pub qualities: Vec<u8>,
     /// Standard deviation of each bearing, rad.
     pub bearing_sigma: f64,
-    /// The farthest range the sensor reports, m: what a no-return says is free.
+    /// The farthest range that the sensor reports, m: a beam without a return may be free this far.
     pub max_range: f64,
-    /// Duration from the first beam to the last, s; 0 where all were taken at once or the robot
-    /// stood still.
+    /// Duration from the first beam to the last, s; 0 if all were taken at once or the robot stood
+    /// still.
     pub sweep: f64,
 }
 
@@ -66,7 +65,7 @@ pub enum ScanError {
         /// Number of qualities.
         qualities: usize,
     },
-    /// A field of the whole scan outside of what it may be.
+    /// A field of the whole scan is out of its range.
     #[error("scan at {seconds:.3} s: {figure}")]
     Whole {
         /// When the scan was taken, s.
@@ -74,16 +73,16 @@ pub enum ScanError {
         /// The figure at fault.
         figure: OutOfBounds,
     },
-    /// A value outside of what it may be.
+    /// A value is out of its range.
     #[error("beam {beam}: {field} is {value}, expected {expected}")]
     Value {
-        /// Number of the beam, from 0.
+        /// Index of the beam, from 0.
         beam: usize,
         /// The column.
         field: &'static str,
-        /// What stands there.
+        /// The value found.
         value: f64,
-        /// What may stand there.
+        /// The values allowed.
         expected: &'static str,
     },
 }
@@ -158,7 +157,7 @@ impl Scan {
         Ok(())
     }
 
-    /// Strength of the echo of a beam; `None` where the sensor reports none.
+    /// Strength of the echo of a beam; `None` if the sensor reports none.
     #[must_use]
     pub fn quality(&self, beam: usize) -> Option<u8> {
         self.qualities.get(beam).copied()

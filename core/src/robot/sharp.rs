@@ -1,11 +1,11 @@
 //! Sharp's infra-red rangers: from range to volts.
 //!
-//! In: the true range. Out: the volts of the output, before any noise. The inverse is
-//! [`super::Characteristic`], fitted to the pairs of the data sheet and not to this model.
+//! In: the true range. Out: the output voltage, without noise. The inverse is
+//! [`super::Characteristic`], which is fitted to the pairs of the data sheet and not to this model.
 //!
 //! Source: the specification, "Sensors": GP2Y0A21 V = 26.54/(d + 2) + 0.085 with d in cm, 3.2 V at
-//! its peak; GP2Y0A02 by pairs, straight in 1/d between them. Below the peak the volts fall to 0 at
-//! the lens.
+//! its peak; GP2Y0A02 by pairs, linear in 1/d between them. Closer than the peak, the volts fall to
+//! 0 at the lens.
 
 use super::CalibrationPair;
 
@@ -36,7 +36,7 @@ pub enum Sharp {
 }
 
 impl Sharp {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All of them, with their names in settings and for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("gp2y0a02", Self::Long, "GP2Y0A02, 0.2 to 1.5 m"),
         ("gp2y0a21", Self::Short, "GP2Y0A21, 0.1 to 0.8 m"),
@@ -56,7 +56,7 @@ impl Sharp {
         pairs.iter().map(pair).collect()
     }
 
-    /// Range of the highest volts, m; what is nearer looks farther.
+    /// Range at which the volts are highest, m; what is nearer looks farther away.
     #[must_use]
     pub fn peak(self) -> f64 {
         match self {
@@ -65,7 +65,7 @@ impl Sharp {
         }
     }
 
-    /// Volts for a thing at `range` (m), infinite where there is none.
+    /// Volts for an object at `range` (m), infinite if there is none.
     #[must_use]
     pub fn volts_at(self, range: f64) -> f64 {
         let peak = self.peak();
@@ -84,7 +84,7 @@ impl Sharp {
     }
 }
 
-/// Volts of the GP2Y0A02, straight in 1/d; the last stretch goes on beyond the last pair.
+/// Volts of the GP2Y0A02, linear in 1/d; the last stretch continues beyond the last pair.
 fn between_pairs(per_centimetre: f64) -> f64 {
     let stretches = LONG.windows(2).filter_map(|w| w.first().zip(w.get(1)));
     let mut volts = LONG[0].1;

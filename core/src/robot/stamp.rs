@@ -24,7 +24,7 @@ impl Stamp {
         Self(self.0.saturating_add(Self::from_seconds(seconds).0))
     }
 
-    /// Seconds from `earlier` to this stamp; negative where `earlier` is later.
+    /// Seconds from `earlier` to this stamp; negative if `earlier` is later.
     #[must_use]
     pub fn since(self, earlier: Self) -> f64 {
         self.seconds() - earlier.seconds()

@@ -1,6 +1,6 @@
-//! How the tracks of one robot differ from its model, and odometry that knows it.
+//! How the tracks of one robot differ from its model, and odometry corrected by that.
 //!
-//! In: odometry counted by the model's figures. Out: the same by the figures of this robot.
+//! In: odometry computed with the model's figures. Out: the same with the figures of this robot.
 
 use super::{Odometry, TrackNoise, Tracks};
 use crate::geom::{Pose2, sin_cos};
@@ -11,16 +11,16 @@ use crate::geom::{Pose2, sin_cos};
 /// mobile robots": unequal wheels and an uncertain wheelbase are the two errors that matter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrackWear {
-    /// How much farther the left track runs than is counted.
+    /// How much farther the left track runs than its counts say.
     pub left: f64,
-    /// The same of the right one.
+    /// The same for the right one.
     pub right: f64,
     /// How much wider the effective track is.
     pub track_width: f64,
 }
 
 impl TrackWear {
-    /// What the tracks ran where `counted` was counted, m.
+    /// The true distances of the tracks for the distances `counted`, m.
     #[must_use]
     pub fn ran(&self, counted: &Tracks) -> Tracks {
         Tracks {
@@ -36,19 +36,19 @@ impl TrackWear {
     }
 }
 
-/// What is known of a robot's odometry, better than its model says: systematic errors and noise.
+/// What is known of a robot's odometry beyond its model: systematic errors and noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OdometryCalibration {
     /// How its tracks differ from its model.
     pub wear: TrackWear,
-    /// How it errs by chance; none: as it says.
+    /// Its random errors; `None`: as its model says.
     pub noise: Option<TrackNoise>,
 }
 
 impl OdometryCalibration {
-    /// Odometry counted by a model with this track width, as this robot moved. Where nothing moved
-    /// (the robot stood, or nobody watched) the noise of a robot that stands adds to what the
-    /// odometry claims.
+    /// Odometry computed by a model with this track width, corrected to how this robot moved. If
+    /// nothing moved (the robot stood, or nobody watched), the noise of a standing robot adds to
+    /// what the odometry claims.
     #[must_use]
     pub fn corrected(&self, odometry: &Odometry, track_width: f64) -> Odometry {
         if *self == Self::default() {
@@ -75,7 +75,7 @@ impl OdometryCalibration {
 }
 
 impl Tracks {
-    /// The ways of the tracks that make such a motion by the midpoint rule, the inverse of
+    /// The distances of the tracks that give this motion by the midpoint rule, the inverse of
     /// [`Tracks::motion`].
     #[must_use]
     pub fn of(odometry: &Odometry, track_width: f64) -> Self {

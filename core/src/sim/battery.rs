@@ -1,15 +1,15 @@
-//! The battery: volts that sag with the load and fall with time.
+//! The battery: its voltage sags with the load and falls with time.
 //!
-//! In: the power that the motors take in each step. Out: volts, as the robot's converter counts
+//! In: the power that the motors take in each step. Out: volts, as the robot's converter reads
 //! them.
 //!
-//! 1. Motors are fed by chopping: of the battery's voltage U a motor at voltage u gets the part u/U
-//!    of the time, and its current i flows through the battery for that part. A motor that pushes a
-//!    wall induces no voltage against its current: it draws most. One that brakes feeds nothing
-//!    back. The electronics draw theirs always.
+//! 1. The motors are chopped: a motor at voltage u is connected to the battery's voltage U for the
+//!    part u/U of the time, and its current i flows through the battery for that part. A motor that
+//!    pushes against a wall induces no voltage against its current: it draws the most. A braking
+//!    motor feeds nothing back. The electronics always draw their current.
 //! 2. Charge is current times time; the open-circuit voltage of a cell follows from the charge that
 //!    remains.
-//! 3. The terminals show less by current times inner resistance.
+//! 3. The voltage at the terminals is lower by current times internal resistance.
 //!
 //! Source: the RP6 manual (six NiMH cells, 2.5 Ah, analogue reading of the battery); discharge
 //! curve rounded from cell data sheets (Panasonic HHR): quick from 1.40 V, flat near 1.24 V, and a
@@ -39,8 +39,8 @@ config! {
 }
 
 impl BatteryModel {
-    /// As many cells as motors for `volts` need: 1.2 V each. Default for 7.2 V; resistance and
-    /// converter grow with it.
+    /// Enough cells for motors of `volts`: 1.2 V each. The default is for 7.2 V; resistance and
+    /// converter grow with the number of cells.
     #[must_use]
     pub fn for_motors(volts: f64) -> Self {
         let default = Self::default();
@@ -58,7 +58,7 @@ impl BatteryModel {
     }
 }
 
-/// What a cell is said to have, V.
+/// Nominal voltage of a cell, V.
 const NOMINAL: f64 = 1.2;
 
 /// Charge left (as a part) and open-circuit volts of a cell, from full to empty.
@@ -71,11 +71,11 @@ const CELL: [(f64, f64); 6] = [
     (0.0, 0.90),
 ];
 
-/// A battery at work.
+/// A battery in use.
 #[derive(Clone, Debug)]
 pub(super) struct Battery {
     model: BatteryModel,
-    /// What was drawn since it was full, A s.
+    /// Charge drawn since it was full, A s.
     drawn: f64,
     /// Current of the last step, A.
     current: f64,
@@ -90,9 +90,9 @@ impl Battery {
         }
     }
 
-    /// Takes what the motors drew in `dt` seconds, W on average.
+    /// Draws what the motors took in `dt` seconds, W on average.
     pub(super) fn step(&mut self, dt: f64, watts: f64) {
-        // The volts of the step before: they hardly change in one.
+        // The voltage of the previous step: it hardly changes in one step.
         let volts = self.terminals().max(LEAST_VOLTS);
         self.current = self.model.idle + watts.max(0.0) / volts;
         self.drawn += self.current * dt;
@@ -103,14 +103,15 @@ impl Battery {
         self.model.cells * cell_volts(left) - self.model.resistance * self.current
     }
 
-    /// Volts at the terminals, as the converter counts them.
+    /// Volts at the terminals, as the converter reads them.
     pub(super) fn volts(&self) -> f64 {
         let sagged = self.terminals();
         self.model.adc.volts(self.model.adc.counts(sagged))
     }
 }
 
-/// Below this the current for a power is no longer asked for, V: electronics switch off sooner.
+/// Below this voltage the current no longer rises to keep the power, V: electronics switch off
+/// sooner.
 const LEAST_VOLTS: f64 = 1.0;
 
 /// Open-circuit volts of a cell with this part of its charge left.
@@ -146,7 +147,7 @@ mod tests {
         assert!((loaded.current - 1.44).abs() < 0.01, "{}", loaded.current);
         let sag = after(0.5, 0.0).volts() - loaded.volts();
         assert!((sag - 0.25 * 1.19).abs() < 0.02, "{sag}");
-        // Who brakes feeds nothing back.
+        // A braking motor feeds nothing back.
         assert_eq!(after(0.5, -3.0).current, 0.25);
     }
 

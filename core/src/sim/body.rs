@@ -1,18 +1,18 @@
-//! From what the tracks did to what the robot did.
+//! From the motion of the tracks to the motion of the robot.
 //!
-//! In: the way that each track ran in one time step. Out: the true pose, contacts and bumpers.
+//! In: the distance that each track ran in one time step. Out: the true pose, contacts and bumpers.
 //!
 //! 1. Slip: each track grips a little more or less than it ran, variance k |Δs| (white along the
-//!    way); the body drifts sideways with the way and turns a little more or less with the turn.
-//!    These are the very terms of [`Tracks::covariance`], so the covariance of dead reckoning is
-//!    honest by construction; encoders count what the tracks ran, not what came of it.
-//! 2. Collision: the disc of the body is swept along the motion; the first touch of a wall grown by
+//!    distance). The body drifts sideways with the distance, and turns a little more or less with
+//!    the turn. These are exactly the terms of [`Tracks::covariance`], so the covariance of dead
+//!    reckoning is correct by construction. Encoders count what the tracks ran, not how the body
+//!    moved.
+//! 2. Collision: the disc of the body is swept along the motion. The first touch of a wall grown by
 //!    the radius (a stadium around each segment) ends the motion there, and the rest of it slides
-//!    along the wall. Swept, not sampled: no speed and no time step lets it through a wall. A body
-//!    that is not round moves and turns as far as its outline is proved to touch nothing
-//!    ([`outline`]).
-//! 3. Where room is known to be free in a whole circle, nothing is swept until the robot leaves the
-//!    circle.
+//!    along the wall. Because the disc is swept and not sampled, no speed and no time step lets it
+//!    through a wall. A body that is not round moves and turns as far as its outline is proved to
+//!    touch nothing ([`outline`]).
+//! 3. Within a circle that is known to be free, nothing is swept until the robot leaves it.
 //!
 //! Source for the sweep: ray against an offset shape, Ericson (2005), "Real-Time Collision
 //! Detection", §5.5.7.
@@ -28,21 +28,21 @@ use super::{Caster, Disc};
 use crate::geom::{Footprint, Length, Pose2, Segment, sin_cos, unit_vector, wrap};
 use crate::robot::{Bumpers, OdometryNoise, RobotModel, TrackWear, Tracks};
 
-/// The body stops this far before a touch, m, so that rounding never puts it inside of a wall.
+/// The body stops this far before a touch, m, so rounding never puts it inside a wall.
 const SKIN: f64 = 1e-5;
 /// Within this distance of a touch the bumpers stay pressed, m.
 const TOUCH: f64 = 1e-3;
-/// How often one step may slide off another wall: two walls of a corner, and a mover.
+/// How often one step may slide along another surface: two walls of a corner, and a mover.
 const MOST_SLIDES: usize = 4;
-/// How far around the body free room is looked for, m.
+/// How far around the body to look for free room, m.
 const LOOKOUT: f64 = 0.4;
 
 /// The robot's body in the world.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
-    /// Of the disc around it.
+    /// Of the circumscribed disc.
     pub(super) radius: f64,
-    /// Of a body that is not that disc.
+    /// Of a body that is not round.
     outline: Option<Footprint>,
     track_width: f64,
     noise: OdometryNoise,
@@ -50,12 +50,12 @@ pub(super) struct Body {
     pub(super) wear: TrackWear,
     pub(super) position: Point2<f64>,
     pub(super) heading: f64,
-    /// Around this point no wall is nearer than this, m.
+    /// No wall is nearer than this to this point, m.
     free: (Point2<f64>, f64),
     pub(super) contacts: Contacts,
     touching: Option<Touch>,
-    /// How much farther the tracks ran than the body moved in the last step because something stood
-    /// in the way, m.
+    /// How much farther the tracks ran than the body moved in the last step, because something
+    /// stood in the way, m.
     pub(super) lost: f64,
 }
 
@@ -89,7 +89,7 @@ impl Body {
         Pose2::new(self.position.x, self.position.y, self.heading)
     }
 
-    /// Stands elsewhere from here on, and touches nothing.
+    /// Puts the body elsewhere, touching nothing.
     pub(super) fn place(&mut self, world_from_robot: &Pose2) {
         self.position = world_from_robot.position();
         self.heading = world_from_robot.heading();
@@ -98,7 +98,7 @@ impl Body {
         self.forget_free_room();
     }
 
-    /// Walls have changed: what was known of free room is void.
+    /// Call this after walls have changed: what was known of free room is no longer valid.
     pub(super) fn forget_free_room(&mut self) {
         self.free = (self.position, 0.0);
     }
@@ -147,7 +147,7 @@ impl Body {
         self.feel((self.position - before, turned), caster, movers);
     }
 
-    /// The motion in the world frame that comes of the tracks' way, and the turn.
+    /// The motion in the world frame that results from the tracks' distances, and the turn.
     fn slipped(&self, tracks: &Tracks, rng: &mut impl Rng) -> (Vector2<f64>, f64) {
         let (left, right) = gaussian_pair(rng);
         let (sideways, heading) = gaussian_pair(rng);
@@ -167,8 +167,8 @@ impl Body {
         (way, turn)
     }
 
-    /// Moves the disc, sliding along what it meets; it never ends inside of anything. Gives the
-    /// part of the way that led into it.
+    /// Moves the disc, sliding along what it meets; it never ends inside anything. Returns the part
+    /// of the motion that led into it.
     fn move_by(&mut self, way: Vector2<f64>, caster: &Caster, movers: &[Disc]) -> Vector2<f64> {
         let aim = self.position + way;
         let in_free_room = (aim - self.free.0).length() <= self.free.1;
@@ -191,7 +191,7 @@ impl Body {
             let moved = rest * ((reach - SKIN).max(0.0) / length);
             self.position += moved;
             rest -= moved;
-            // What leads into the wall is lost to slipping tracks.
+            // The part that leads into the wall is lost to slipping tracks.
             let inwards = normal * normal.dot(&rest).min(0.0);
             rest -= inwards;
             lost += inwards;
@@ -234,7 +234,7 @@ impl Body {
         first
     }
 
-    /// Counts a contact when one begins, in a step in which the body moved by a way and a turn.
+    /// Counts a contact when it begins, in a step in which the body moved by a distance and a turn.
     fn feel(&mut self, motion: (Vector2<f64>, f64), caster: &Caster, movers: &[Disc]) {
         let is_touched = |touch: &Touch| touch.to.length() <= self.radius + TOUCH;
         let touching = match &self.outline {
@@ -247,7 +247,7 @@ impl Body {
         self.touching = touching;
     }
 
-    /// The nearest surface around, as far as it matters for a touch.
+    /// The nearest surface around, if it is near enough to matter for a touch.
     fn nearest(&self, caster: &Caster, movers: &[Disc]) -> Option<Touch> {
         let mut nearest: Option<Touch> = None;
         let mut take = |to: Vector2<f64>, is_mover: bool| {
@@ -282,7 +282,7 @@ fn touch_of_segment(
     let away = from - segment.closest_point(from);
     let distance = away.length();
     if distance <= radius {
-        // Already there (by rounding): only motion away from it is free.
+        // Already touching (by rounding): only motion away from it is free.
         let normal = away / distance.max(1e-12);
         return (direction.dot(&normal) < 0.0).then_some((0.0, normal));
     }
@@ -331,7 +331,7 @@ fn touch_of_disc(
     if root < 0.0 {
         return None;
     }
-    // The nearer root of t² - 2 closing t + outside = 0, in the form that loses no digits.
+    // The nearer root of t² - 2 closing t + outside = 0, in the form without cancellation.
     let reach = outside / (closing + root.sqrt());
     let normal = away + direction * reach;
     Some((reach, normal / normal.length().max(1e-12)))

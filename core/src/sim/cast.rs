@@ -1,19 +1,19 @@
-//! Rays and distances to walls, through a uniform grid that leaps over empty room.
+//! Rays and distances to walls, through a uniform grid in which rays leap over empty room.
 //!
 //! In: the walls. Out: the first wall along a ray, and the walls near a place.
 //!
-//! 1. A grid is laid over the walls, about [`CELLS_PER_WALL`] cells for each; every cell lists the
-//!    walls that touch it, their figures side by side in one array in the order of the cells.
-//! 2. An empty cell knows for each of the four quadrants how large a square of empty cells begins
-//!    at it.
-//! 3. A ray walks from cell to cell; through empty room it leaps over the whole empty square of its
-//!    quadrant at once, as sphere tracing does (Hart 1996), with squares that lie ahead instead of
-//!    spheres all round: a ray that leaves a wall need not creep away from it. Where a cell holds
-//!    walls the ray is intersected with each, and stops once its nearest hit lies before the end of
-//!    the cell.
+//! 1. A grid is laid over the walls, with about [`CELLS_PER_WALL`] cells for each. Every cell lists
+//!    the walls that touch it, with their data side by side in one array, in the order of the
+//!    cells.
+//! 2. An empty cell stores for each of the four quadrants the size of the largest square of empty
+//!    cells that begins at it.
+//! 3. A ray walks from cell to cell. In empty room it leaps over the whole empty square of its
+//!    quadrant at once, as in sphere tracing (Hart 1996), but with squares ahead instead of spheres
+//!    all round: a ray that leaves a wall need not creep away from it. In a cell with walls, the
+//!    ray is intersected with each, and stops once its nearest hit lies before the end of the cell.
 //!
-//! Why not a tree: rooms are thin lines around much empty room, so a leap crosses a room in a few
-//! steps whatever the number of walls, and there is no stack. The bench `sim` compares it with
+//! Why not a tree: rooms are thin lines around much empty room, so leaps cross a room in a few
+//! steps whatever the number of walls, and no stack is needed. The bench `sim` compares it with
 //! trying every wall.
 
 mod fan;
@@ -27,8 +27,8 @@ use crate::geom::bounds;
 
 pub use self::fan::Fan;
 
-/// Cells for each wall. More of them trade walls tried for cells visited, and memory. Nanoseconds
-/// for each beam of a scan:
+/// Cells for each wall. More cells mean fewer walls to test, but more cells to visit and more
+/// memory. Nanoseconds for each beam of a scan:
 ///
 /// | cells for each wall | 100 walls in 50 x 50 m | `campus` |
 /// |---|---|---|
@@ -41,16 +41,16 @@ const CELLS_PER_WALL: f64 = 4.0;
 const MOST_CELLS_ALONG: f64 = 2048.0;
 /// Smallest cell, m.
 const LEAST_CELL: f64 = 0.02;
-/// Walls are entered into cells that they miss by less than this, in cells.
+/// Walls are also entered into cells that they miss by less than this, in cells.
 const INFLATION: f64 = 1e-6;
-/// A ray steps this far beyond a border, in cells; less than [`INFLATION`], so that no wall slips
+/// A ray steps this far beyond a border, in cells; less than [`INFLATION`], so no wall slips
 /// between.
 const NUDGE: f64 = 1e-7;
-/// A ray that passes a wall's end by less than this part of the wall hits it, so that corners have
-/// no crack.
+/// A ray that passes a wall's end by less than this part of the wall still hits it, so corners have
+/// no gaps.
 const CRACK: f64 = 1e-12;
 
-/// Answers which wall a ray meets first and which walls are near.
+/// Finds which wall a ray meets first and which walls are near.
 #[derive(Clone, Debug)]
 pub struct Caster {
     walls: Vec<Wall>,
@@ -69,7 +69,7 @@ pub struct Hit {
     pub distance: f64,
     /// What the surface is made of.
     pub material: Material,
-    /// Number of the wall in [`Caster::walls`].
+    /// Index of the wall in [`Caster::walls`].
     pub surface: usize,
 }
 
@@ -78,15 +78,15 @@ pub struct Hit {
 struct Cell {
     /// Number of its items.
     count: u32,
-    /// With items: the first of them. Without: for each quadrant a byte, the side of the empty
+    /// With items: the index of the first. Without: for each quadrant a byte, the side of the empty
     /// square ahead.
     first_or_sides: u32,
 }
 
-/// Largest side of an empty square, in cells: what a byte holds.
+/// Largest side of an empty square, in cells: the largest value of a byte.
 const LARGEST_SQUARE: u32 = 255;
 
-/// One wall in one cell: where it starts and where it goes.
+/// One wall in one cell: its start and its vector.
 #[derive(Clone, Copy, Debug)]
 struct Item {
     ax: f64,
@@ -111,7 +111,7 @@ impl Caster {
             .max(LEAST_CELL)
             .max(extent.x.max(extent.y) / MOST_CELLS_ALONG);
         let along = |metres: f64| (metres / cell) as usize + 3;
-        // One empty cell on every side keeps rounding at the border harmless.
+        // One empty cell on every side makes rounding at the border harmless.
         low -= Vector2::new(cell, cell);
         let mut caster = Self {
             low,
@@ -127,7 +127,7 @@ impl Caster {
         caster
     }
 
-    /// The walls, numbered as in [`Hit::surface`].
+    /// The walls, indexed as in [`Hit::surface`].
     #[must_use]
     pub fn walls(&self) -> &[Wall] {
         &self.walls
@@ -136,7 +136,7 @@ impl Caster {
     /// The first wall along the ray from `origin` in the unit `direction`, not farther than
     /// `max_range` (m).
     ///
-    /// `None` also where the ray is not finite.
+    /// `None` also if the ray is not finite.
     #[must_use]
     pub fn cast(
         &self,
@@ -156,8 +156,8 @@ impl Caster {
         let mut t = x.enter.max(y.enter).max(0.0);
         let end = x.leave.min(y.leave).min(max_range * self.per_metre);
         let mut best = (max_range, None);
-        // Every turn enters another cell, so the bound is reached only where the origin is so far
-        // away that a cell is less than the rounding of `t`.
+        // Every turn of the loop enters another cell, so the bound is reached only if the origin is
+        // so far away that a cell is smaller than the rounding of `t`.
         for _ in 0..2 * (self.cols + self.rows) {
             if t > end {
                 break;
@@ -197,7 +197,7 @@ impl Caster {
     /// Visits the walls that may lie within `reach` (m) of `point`, some of them more than once.
     pub fn near(&self, point: Point2<f64>, reach: f64, mut visit: impl FnMut(usize, &Wall)) {
         let index = |metres: f64, low: f64, count: usize| {
-            // A float-to-integer `as` saturates and takes NaN to 0.
+            // A float-to-integer `as` saturates and maps NaN to 0.
             (((metres - low) * self.per_metre) as usize).min(count - 1)
         };
         let span = |at: f64, low: f64, count: usize| {
@@ -228,14 +228,14 @@ impl Caster {
         least
     }
 
-    /// Lists the walls of every cell: count, sum up, fill.
+    /// Lists the walls of every cell in three passes: count, sum up, fill.
     fn enter_walls(&mut self) {
         self.cells = vec![Cell::default(); self.cols * self.rows];
         let mut touched = Vec::new();
         for surface in 0..self.walls.len() {
             self.touched_cells(surface, &mut touched);
         }
-        // Stable by cell, so the walls of a cell stay in their own order.
+        // Sorted by cell, then by surface, so the walls of a cell stay in their own order.
         touched.sort_unstable();
         self.items.reserve_exact(touched.len());
         for &(cell, surface) in &touched {
@@ -292,7 +292,7 @@ impl Caster {
     }
 
     /// The largest empty square ahead of every empty cell, for each quadrant: one more than the
-    /// least of those of the three neighbours ahead. The rim of the grid is as good as a wall.
+    /// smallest of the three neighbours ahead. The rim of the grid counts as a wall.
     fn measure_empty_room(&mut self) {
         for (is_left, is_down) in [(false, false), (true, false), (false, true), (true, true)] {
             for row in order(self.rows, is_down) {
@@ -322,12 +322,12 @@ impl Caster {
     }
 }
 
-/// Indices so that what lies ahead comes first.
+/// Indices in an order in which the cells ahead come first.
 fn order(count: usize, is_back: bool) -> impl Iterator<Item = usize> {
     (0..count).map(move |i| if is_back { i } else { count - 1 - i })
 }
 
-/// The way in which a ray goes.
+/// The direction of a ray.
 #[derive(Clone, Copy, Debug)]
 struct Quadrant {
     is_left: bool,
@@ -343,7 +343,7 @@ impl Quadrant {
         }
     }
 
-    /// Where its byte begins.
+    /// Position of its byte.
     #[inline]
     fn shift(self) -> u32 {
         8 * u32::from(self.is_left) + 16 * u32::from(self.is_down)
@@ -367,24 +367,24 @@ struct Axis {
     origin: f64,
     step: f64,
     per_step: f64,
-    /// Where the ray leaves cell 0, in the same measure as `enter` and `leave`.
+    /// Where the ray leaves cell 0, in the same unit as `enter` and `leave`.
     leave_first: f64,
     most: u32,
     enter: f64,
     leave: f64,
 }
 
-/// 1.5 · 2⁵²: added to a number it leaves the nearest whole one in the low bits of the sum. The
-/// conversion `as` saturates, which costs three times as long, and a walk from cell to cell is a
-/// chain of nothing but such steps.
+/// 1.5 · 2⁵²: adding this to a number leaves the nearest integer in the low bits of the sum. The
+/// conversion `as` saturates, which takes three times as long, and a walk from cell to cell is
+/// nothing but a chain of such steps.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
 impl Axis {
     #[inline]
     fn new(origin: f64, step: f64, count: usize) -> Self {
-        // A ray along the other axis stays in its row for good: its step is 0 exactly, or rounding
-        // would carry it over a border that it never leaves by. A huge quotient says so without
-        // dividing by 0.
+        // A ray along the other axis stays in its row for good: its step must be exactly 0, or
+        // rounding would carry it over a border that it never crosses. A huge quotient expresses
+        // this without dividing by 0.
         let is_parallel = step.abs() < 1e-13;
         let (step, per_step) = if is_parallel {
             (0.0, 1e30)
@@ -411,7 +411,8 @@ impl Axis {
         }
     }
 
-    /// The cell at `t`, as a number and as an index; exactly on a border it may be either.
+    /// The cell at `t`, as a number and as an index; exactly on a border it may be either of the
+    /// two.
     #[inline]
     fn cell_at(&self, t: f64) -> (f64, u32) {
         let rounded = (self.origin - 0.5 + t * self.step) + ROUND;
@@ -426,20 +427,20 @@ impl Axis {
     }
 }
 
-/// As `f64::min` for numbers: that one also looks for NaN, which costs as much again.
+/// Like `f64::min` for numbers, but without its check for NaN, which costs as much again.
 #[inline]
 fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// As `f64::max` for numbers.
+/// Like `f64::max` for numbers.
 #[inline]
 fn greater(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
 impl Item {
-    /// Takes this wall as the nearest if it is; the arithmetic of
+    /// Takes this wall if it is the nearest so far; the arithmetic is that of
     /// [`crate::geom::Segment::hit_by_ray`].
     #[inline]
     fn meet<'a>(
@@ -452,7 +453,7 @@ impl Item {
         let denominator = direction.x * self.vy - direction.y * self.vx;
         let along = tx * direction.y - ty * direction.x;
         // 0 ≤ along / denominator ≤ 1, without the division: most walls are missed. One branch for
-        // all that may fail: which it is cannot be foretold.
+        // all ways to miss, because which one applies is unpredictable.
         let size = denominator.abs();
         let along = along * 1.0_f64.copysign(denominator);
         let meets = (along >= -CRACK * size) & (along <= size * (1.0 + CRACK)) & (size >= 1e-12);

@@ -4,24 +4,24 @@ use nalgebra::Vector2;
 
 use crate::geom::Length;
 
-/// Slower than this, per step, the robot stands: half a centimetre a second.
+/// Below this distance per step the robot counts as standing, m: half a centimetre a second.
 const STANDING: f64 = 2.5e-5;
 
 /// How often a robot's body began to touch something.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Contacts {
-    /// It drove into something that stands still.
+    /// It drove into something static.
     pub walls: u32,
-    /// It drove into somebody who walks about.
+    /// It drove into a mover.
     pub drove_into_mover: u32,
-    /// Somebody walked into it while it stood, or moved away from them.
+    /// A mover walked into it while it stood, or moved away from them.
     pub mover_walked_in: u32,
 }
 
 /// What the body touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Touch {
-    /// From the middle of the body to the touched place, world frame, m.
+    /// From the middle of the body to the point of contact, world frame, m.
     pub(super) to: Vector2<f64>,
     /// From the body into what it touches, world frame; of any length.
     pub(super) into: Vector2<f64>,
@@ -30,7 +30,7 @@ pub(super) struct Touch {
 }
 
 impl Contacts {
-    /// All of them.
+    /// The total.
     #[must_use]
     pub fn total(&self) -> u32 {
         let people = self.drove_into_mover.saturating_add(self.mover_walked_in);
@@ -38,7 +38,7 @@ impl Contacts {
     }
 
     /// Counts a touch that begins in a step in which the body's middle moved by `way` (world frame,
-    /// m) and it turned by `turn`, rad: a corner may come into somebody while the middle stands.
+    /// m) and it turned by `turn`, rad: a corner may hit somebody while the middle stands.
     pub(super) fn count(&mut self, touch: &Touch, (way, turn): (Vector2<f64>, f64)) {
         let way = way + Vector2::new(-touch.to.y, touch.to.x) * turn;
         let drove = way.dot(&touch.into) > STANDING * touch.into.length();
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn a_corner_that_turns_into_somebody_drove_into_them() {
-        // The corner ahead and to the left, somebody to the left of it.
+        // The corner ahead and to the left, with somebody to the left of it.
         let corner = Touch {
             to: Vector2::new(0.25, 0.15),
             into: Vector2::new(0.0, 1.0),

@@ -1,17 +1,17 @@
-//! Doors at work.
+//! Doors in operation.
 //!
 //! In: the time, orders from outside, and what stands in the way. Out: which doors are open. A door
-//! waits with shutting until the doorway is clear, as one with a light barrier does.
+//! waits to shut until the doorway is clear, like one with a light barrier.
 
 use super::{Door, Wall};
 use crate::geom::Segment;
 use crate::sim::Material;
 
-/// There is no door of that number.
+/// There is no door with that index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no door {index}; the world has {count}")]
 pub struct NoDoor {
-    /// The number, from 0.
+    /// The index, from 0.
     pub index: usize,
     /// How many doors there are.
     pub count: usize,
@@ -26,7 +26,7 @@ struct Leaf {
     door: Door,
     is_open: bool,
     is_to_be_open: bool,
-    /// The next of its switches.
+    /// Index of its next switch.
     next: usize,
 }
 
@@ -41,7 +41,7 @@ impl Doors {
         Self(doors.iter().map(leaf).collect())
     }
 
-    /// Tells a door to open or shut, until its next switch.
+    /// Orders a door to open or shut, until its next switch.
     ///
     /// # Errors    [`NoDoor`].
     pub(super) fn order(&mut self, index: usize, open: bool) -> Result<(), NoDoor> {
@@ -51,7 +51,7 @@ impl Doors {
         Ok(())
     }
 
-    /// Moves what is to move at `seconds`; whether something did.
+    /// Moves the doors that are due at `seconds`; returns whether any moved.
     pub(super) fn step(&mut self, seconds: f64, is_clear: impl Fn(&Segment) -> bool) -> bool {
         let mut has_moved = false;
         for leaf in &mut self.0 {
@@ -74,18 +74,18 @@ impl Doors {
         has_moved
     }
 
-    /// Whether each is open, in the order of the world's.
+    /// Whether each is open, in the order of the world's doors.
     pub(super) fn are_open(&self) -> impl Iterator<Item = bool> + '_ {
         self.0.iter().map(|leaf| leaf.is_open)
     }
 
-    /// Whether each is to be open, in the same order; one that is to shut waits while somebody
+    /// Whether each should be open, in the same order; a door that should shut waits while somebody
     /// stands in it.
     pub(super) fn are_to_be_open(&self) -> impl Iterator<Item = bool> + '_ {
         self.0.iter().map(|leaf| leaf.is_to_be_open)
     }
 
-    /// Those that are shut, as walls.
+    /// The shut doors, as walls.
     pub(super) fn shut(&self) -> impl Iterator<Item = Wall> + '_ {
         let shut = self.0.iter().filter(|leaf| !leaf.is_open);
         shut.map(|leaf| Wall {

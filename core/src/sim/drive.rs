@@ -1,18 +1,20 @@
-//! From commands to what the tracks do.
+//! From commands to the motion of the tracks.
 //!
-//! In: a [`Command`], then nothing but time. Out: the way that each track runs in each period of 1
+//! In: a [`Command`], then only time. Out: the distance that each track runs in each period of 1
 //! ms, and encoder counts.
 //!
-//! 1. Speeds asked for are cut to the model's limits, forward speed and turn rate by the same
-//!    factor where the outer track could not follow, so that the curve stays the curve. They change
+//! 1. Commanded speeds are limited as in the model. If the outer track could not follow, forward
+//!    speed and turn rate are lowered by the same factor, so the curve stays the same. They change
 //!    by no more than the model's accelerations.
-//! 2. `Forward` and `Turn` run a trapezoid: the speed from which the rest of the way is just enough
-//!    to stop. The rest is counted on what the controller wishes by then, which it keeps to within
-//!    a count or a few.
-//! 3. The controller turns wished speeds and counts into voltages, the motors voltages into
-//!    turning. It knows the model's motors, not this robot's, and sees counts, not angles.
-//! 4. When the wished speeds are zero and the counts stand still the motors are let go. A robot
-//!    that is commanded to move and whose counts do not change for a second gives the command up.
+//! 2. `Forward` and `Turn` follow a trapezoid: the speed is at most the one from which the
+//!    remaining distance is just enough to stop. That distance is measured on the controller's
+//!    desired motion, which the robot follows to within a few counts.
+//! 3. The controller turns desired speeds and counts into voltages, and the motors turn voltages
+//!    into rotation. The controller knows the model's motors, not this robot's, and sees counts,
+//!    not angles.
+//! 4. When the desired speeds are zero and the counts stand still, the motors are released. If the
+//!    counts do not change for a second although the robot is commanded to move, the command is
+//!    given up.
 //!
 //! Source: TDK 2016 §1.1 for motors and controller, §1.2 for the commands; the trapezoid is the
 //! time-optimal profile under a limit of acceleration.
@@ -24,24 +26,23 @@ use super::response::{DRIVE_PERIOD, shaft_pair};
 use crate::robot::controller::{Angles, DesignError, DriveController, Wish};
 use crate::robot::{Command, MotorModel, RobotModel, Tracks};
 
-/// Periods without a count after which a robot is taken to stand: 30 ms.
+/// Periods without a count after which a robot counts as standing: 30 ms.
 const STILL: u32 = 30;
-/// Periods after which a robot that has not come within a count of its aim leaves it at that: 0.6
-/// s.
+/// Periods after which a robot that is not yet within a count of its target stops trying: 0.6 s.
 const LONGEST_SETTLING: u32 = 600;
 /// Periods without a count after which a moving command is given up: 1 s.
 const STALLED: u32 = 1_000;
 
-/// What the robot is busy with.
+/// What the robot is doing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Task {
     /// Hold these speeds.
     Speeds { forward: f64, turn: f64 },
-    /// Remaining way, m.
+    /// Remaining distance, m.
     Forward { left: f64 },
     /// Remaining turn, rad.
     Turn { left: f64 },
-    /// The way is run; the last count is waited for.
+    /// The distance is run; it waits for the last count.
     Settle,
 }
 
@@ -50,26 +51,26 @@ const STAND: Task = Task::Speeds {
     turn: 0.0,
 };
 
-/// Motors, their controller, and what they are at.
+/// Motors, their controller, and what they are doing.
 #[derive(Clone, Debug)]
 pub(super) struct Drive {
     model: RobotModel,
     task: Task,
-    /// Wished speeds of the body.
+    /// Desired speeds of the body.
     forward: f64,
     turn: f64,
     controller: DriveController,
     motors: [Motor; 2],
     /// Encoder counts since the start: left, right.
     pub(super) counts: [i64; 2],
-    /// Periods since a count changed, and since zero speed is wished.
+    /// Periods since a count changed, and since the desired speed is zero.
     still_for: u32,
     settling_for: u32,
     is_let_go: bool,
 }
 
 impl Drive {
-    /// Motors of a robot that stands. How far they are from the model's is drawn here.
+    /// Motors of a standing robot. Their deviation from the model's is drawn here.
     pub(super) fn new(model: &RobotModel, rng: &mut impl Rng) -> Result<Self, DesignError> {
         let spread = model.drive.spread;
         let mut own = |motor: &MotorModel| {
@@ -94,7 +95,7 @@ impl Drive {
         })
     }
 
-    /// Takes a command; figures that are not finite stop the robot.
+    /// Begins a command; figures that are not finite stop the robot.
     pub(super) fn command(&mut self, command: Command) {
         self.task = match command {
             Command::Velocity { forward, turn } if forward.is_finite() && turn.is_finite() => {
@@ -111,17 +112,17 @@ impl Drive {
         }
     }
 
-    /// Whether a `Forward` or `Turn` is under way.
+    /// Whether a `Forward` or `Turn` is in progress.
     pub(super) fn is_busy(&self) -> bool {
         !matches!(self.task, Task::Speeds { .. })
     }
 
-    /// Whether the tracks stand still and are to stand still, as far as the encoders show.
+    /// Whether the tracks stand still and should, as far as the encoders show.
     pub(super) fn stands(&self) -> bool {
         self.task == STAND && self.is_let_go && self.still_for >= STILL
     }
 
-    /// Forward speed, m/s, and turn rate, rad/s, that the tracks run at.
+    /// Forward speed, m/s, and turn rate, rad/s, at which the tracks run.
     pub(super) fn speeds(&self) -> (f64, f64) {
         let metres = self.model.drive.metres_per_radian;
         let [left, right] = self.motors.map(|motor| motor.speed() * metres);
@@ -136,13 +137,13 @@ impl Drive {
         self.motors.map(|motor| motor.current())
     }
 
-    /// Takes what the battery gives, V, as its converter counts it.
+    /// Sets the battery's voltage, V, as its converter reads it.
     pub(super) fn set_supply(&mut self, volts: f64) {
         self.controller.set_supply(volts);
     }
 
-    /// Power that the motors take from the battery, W: voltage times current, nothing where one
-    /// brakes.
+    /// Power that the motors take from the battery, W: voltage times current, zero for a braking
+    /// motor.
     pub(super) fn watts(&self) -> f64 {
         let [left, right] = self.controller.voltages();
         let [of_left, of_right] = self.currents();
@@ -195,7 +196,7 @@ impl Drive {
         voltages
     }
 
-    /// Wished speeds and accelerations of the shafts.
+    /// Desired speeds and accelerations of the shafts.
     fn next_wishes(&mut self) -> [Wish; 2] {
         let a = self.model.max_acceleration;
         let b = self.model.max_turn_acceleration;
@@ -229,8 +230,8 @@ impl Drive {
         }
     }
 
-    /// Takes what is wished more than before off the remaining way, and ends it when nothing
-    /// remains.
+    /// Subtracts the advance of the desired motion from the remaining distance, and ends the
+    /// command when nothing remains.
     fn count_down(&mut self, before: Angles, after: Angles) {
         let metres = self.model.drive.metres_per_radian;
         let (tick, width) = (self.model.metres_per_tick, self.model.track_width);
@@ -252,7 +253,7 @@ impl Drive {
         }
     }
 
-    /// Lets the motors go when they stand where they are to stand, and gives up what is stalled.
+    /// Releases the motors when they have reached their target, and gives up what is stalled.
     fn settle(&mut self) {
         let is_moving = self.forward != 0.0 || self.turn != 0.0;
         if is_moving {
@@ -275,7 +276,7 @@ impl Drive {
         }
     }
 
-    /// Whether both tracks are within a count of what is wished.
+    /// Whether both tracks are within a count of the desired angle.
     fn is_at_aim(&self) -> bool {
         let per_count = self.model.radians_per_count();
         let [left, right] = self.counts.map(|count| count as f64 * per_count);
@@ -301,11 +302,11 @@ impl Drive {
     }
 }
 
-/// The highest speed v at which, after one more step, the rest of the way is enough to stop: v dt +
-/// v²/(2a) = left.
+/// The highest speed v at which, after one more step, the remaining distance is enough to stop: v
+/// dt + v²/(2a) = left.
 fn stopping_speed(left: f64, acceleration: f64, dt: f64) -> f64 {
     let way = left.abs();
-    // The last step: as fast as the rest of the way asks, slower than one step of braking.
+    // The last step: as fast as the remaining distance asks, slower than one step of braking.
     let speed = if way <= acceleration * dt * dt {
         way / dt
     } else {

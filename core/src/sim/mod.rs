@@ -1,26 +1,26 @@
-//! The simulated robot in a simulated building: eats [`crate::robot::Command`], gives encoder ticks
-//! and [`crate::robot::Scan`], exactly as a real one does, and knows the truth besides.
+//! The simulated robot in a simulated building: takes [`crate::robot::Command`], returns encoder
+//! ticks and [`crate::robot::Scan`], exactly as a real one does, and also knows the truth.
 //!
 //! | file | subject |
 //! |---|---|
-//! | `world` | what stands in the building, where the robot starts |
+//! | `world` | what the building contains, where the robot starts |
 //! | `worlds/` | the built-in worlds, one file each |
 //! | `cast` | rays, fans of rays and distances to walls through a grid |
-//! | `drive` | from commands to track motion: wished speeds within limits, the controller, the motors |
-//! | `motor` | a motor that turns: inertia, current, dry friction |
-//! | `response` | how motors and controller answer a step or a load, in time series |
+//! | `drive` | from commands to track motion: desired speeds within limits, the controller, the motors |
+//! | `motor` | a running motor: inertia, current, dry friction |
+//! | `response` | how motors and controller respond to a step or a load, as time series |
 //! | `body` | from track motion to true motion: slip, collision, contacts, bumpers |
-//! | `contact` | contacts, counted by what was touched and who came |
-//! | `battery` | volts that sag with the load and fall with time |
-//! | `doors` | doors that open and shut, by the clock and on order |
+//! | `contact` | contacts, counted by what was touched and who moved |
+//! | `battery` | voltage that sags with the load and falls with time |
+//! | `doors` | doors that open and shut, by schedule and on command |
 //! | `movers` | discs that walk along way-points |
 //! | `sensors/` | lidars, infra-red rangers on a servo, sonars |
-//! | `scan_pair` | two scans and the motion between them, to try registration on |
-//! | `reachable` | what can be explored at all: the denominator of "explored fraction" |
+//! | `scan_pair` | two scans and the motion between them, for testing registration |
+//! | `reachable` | what can be explored: the denominator of "explored fraction" |
 //!
 //! One seed, one world and one list of commands give the same bits everywhere. Motion and sensors
-//! draw from separate streams of ChaCha8, so that changing the sensor does not change how the
-//! tracks slip.
+//! draw from separate streams of ChaCha8, so changing the sensor does not change how the tracks
+//! slip.
 
 mod battery;
 mod body;

@@ -1,18 +1,19 @@
-//! A motor that turns: the plant that the controller does not see into.
+//! A running motor: the plant whose true figures the controller does not know.
 //!
 //! In: voltage, load and brake of one period. Out: angle, speed and current at its end.
 //!
-//! 1. The linear motor is stepped exactly, voltage and torque held during the period.
+//! 1. The linear motor is stepped exactly, with voltage and torque held during the period.
 //! 2. Dry friction brakes while the shaft turns, stops it where its direction would change, and
-//!    holds it until the current pulls harder; a shaft that is held has a current of its own (R and
-//!    L alone).
+//!    holds it until the current pulls harder. The current of a held shaft follows from R and L
+//!    alone.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::robot::MotorModel;
 use crate::robot::controller::discretize;
 
-/// A current below this is none, A: what decays for ever becomes slow to compute with.
+/// A current below this is set to zero, A: a number that decays for ever becomes slow to compute
+/// with.
 const NO_CURRENT: f64 = 1e-9;
 
 /// One motor with gear and track.
@@ -22,14 +23,14 @@ pub struct Motor {
     transition: Matrix3<f64>,
     of_voltage: Vector3<f64>,
     of_load: Vector3<f64>,
-    /// What remains of a current after a period with the shaft held.
+    /// Factor by which a current decays in a period with the shaft held.
     held_decay: f64,
     /// (Ψ, Ψ', i).
     state: Vector3<f64>,
 }
 
 impl Motor {
-    /// A motor that stands, to be stepped by `period` seconds.
+    /// A standing motor, to be stepped by `period` seconds.
     #[must_use]
     pub fn new(model: &MotorModel, period: f64) -> Self {
         let (a, voltage, load) = model.matrices();
@@ -62,14 +63,14 @@ impl Motor {
         self.state[2]
     }
 
-    /// Whether it stands without current, so that nothing will change without voltage.
+    /// Whether it stands without current, so that nothing changes without voltage.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         self.speed() == 0.0 && self.current() == 0.0
     }
 
-    /// One period with `voltage` on the motor, `load` (N m, against positive turning) on its shaft,
-    /// and `brake` (N m, against any turning) beside its own dry friction.
+    /// One period with `voltage` on the motor, `load` (N m, against positive rotation) on its
+    /// shaft, and `brake` (N m, against any rotation) in addition to its own dry friction.
     pub fn step(&mut self, voltage: f64, load: f64, brake: f64) {
         let speed = self.speed();
         let pull = self.model.torque_constant * self.current() - load;

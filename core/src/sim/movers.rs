@@ -1,8 +1,8 @@
 //! Discs that walk along way-points.
 //!
 //! A mover walks at constant speed from way-point to way-point, round and round or to and fro, and
-//! stands at each as long as it likes. It waits while the next step would bring it within
-//! [`COURTESY`] of the robot: movers do not push.
+//! pauses at each. It waits while the next step would bring it within [`COURTESY`] of the robot:
+//! movers do not push.
 
 use nalgebra::Point2;
 
@@ -15,14 +15,14 @@ const COURTESY: f64 = 0.10;
 /// Where one mover is on its way.
 #[derive(Clone, Debug)]
 pub(super) struct Walker {
-    /// All way-points of one round: there and back where the way is open.
+    /// All way-points of one round: there and back if the path is open.
     round: Vec<Point2<f64>>,
-    /// Number of the way-point it walks to.
+    /// Index of the way-point it walks to.
     next: usize,
     speed: f64,
     /// How long it stands at each way-point, s.
     pause: f64,
-    /// How long it still stands, s.
+    /// Remaining time of the present pause, s.
     rest: f64,
     pub(super) disc: Disc,
 }
@@ -66,7 +66,7 @@ impl Walker {
         self.next = next;
     }
 
-    /// Where it is after `way` metres, and the way-point it then walks to.
+    /// Its position after `way` metres, and the way-point that it walks to then.
     fn ahead(&self, mut way: f64) -> (Point2<f64>, usize) {
         let (mut at, mut next) = (self.disc.centre, self.next);
         // Coincident way-points cost nothing, so a round may be walked more than once; once is

@@ -1,15 +1,14 @@
-//! What can be explored at all.
+//! Which part of a world can be explored.
 //!
-//! In: a world and the robot's radius. Out: a bitmap of the floor that the robot can stand on or
-//! look at, the denominator of "explored fraction".
+//! In: a world and the robot's radius. Out: a bitmap of the floor on which the robot can stand or
+//! which it can see, the denominator of "explored fraction".
 //!
-//! 1. Flood from the start over cells whose middle is at least the radius away from every wall:
-//!    where the robot's middle can be.
-//! 2. From a lattice of those cells look all round, as far as a lidar sees; the cells that the rays
+//! 1. Flood from the start over cells whose centre is at least the radius away from every wall:
+//!    there the robot's centre can be.
+//! 2. From a lattice of those cells, look all round as far as a lidar sees; the cells that the rays
 //!    cross before they meet a wall can be seen.
 //! 3. Doors that open at some time count as open.
-//! 4. Cells with a wall in or at them count for nothing: whether a map calls them free or occupied
-//!    is chance.
+//! 4. Cells in or next to a wall do not count: whether a map calls them free or occupied is chance.
 
 use std::f64::consts::TAU;
 
@@ -19,15 +18,15 @@ use super::{Caster, Fan, Material, Wall, World};
 
 /// Rays from each look-out.
 const RAYS: usize = 360;
-/// How far to look, m: what an RPLIDAR sees.
+/// How far to look, m: the range of an RPLIDAR.
 const SIGHT: f64 = 12.0;
-/// Where no wall comes within this, it is outside of the building, m.
+/// A place with no wall within this distance is outside the building, m.
 const FARTHEST_WALL: f64 = 3.0 * SIGHT;
 /// Distance between look-outs, m.
 const LOOKOUT_SPACING: f64 = 0.5;
-/// Bound on the look-outs; beyond, they stand farther apart.
+/// Bound on the look-outs; beyond it, they stand farther apart.
 const MOST_LOOKOUTS: f64 = 8e3;
-/// Bound on the cells of the bitmap; beyond, the cells become larger.
+/// Bound on the cells of the bitmap; beyond it, the cells become larger.
 const MOST_CELLS: f64 = 4e6;
 
 /// A bitmap of the floor in the world frame.
@@ -41,16 +40,16 @@ pub struct ReachableArea {
     pub cols: usize,
     /// Cells along y.
     pub rows: usize,
-    /// Row by row from the lower corner: whether the robot can stand in or look at the cell.
+    /// Row by row from the lower corner: whether the robot can stand in the cell or see it.
     pub cells: Vec<bool>,
-    /// Row by row: whether the robot's middle can be in the cell.
+    /// Row by row: whether the robot's centre can be in the cell.
     pub standing: Vec<bool>,
 }
 
-/// The cells that a robot of `robot_radius` (m) can reach from the start of `world` or look at from
-/// there.
+/// The cells that a robot of `robot_radius` (m) can reach from the start of `world`, or see on the
+/// way.
 ///
-/// # Units    `resolution`: side of a cell, m; made larger where the world would need more than 4
+/// # Units    `resolution`: side of a cell, m; made larger if the world would need more than 4
 /// million cells.
 #[must_use]
 pub fn reachable_area(world: &World, robot_radius: f64, resolution: f64) -> ReachableArea {
@@ -73,20 +72,20 @@ fn caster_of(world: &World) -> Caster {
 }
 
 impl ReachableArea {
-    /// Middles of the cells that count, world frame.
+    /// Centres of the cells that count, world frame.
     pub fn centres(&self) -> impl Iterator<Item = Point2<f64>> {
         let counting = (0..self.cells.len()).filter(|&index| self.cells[index]);
         counting.map(|index| self.centre(index))
     }
 
-    /// Middles of the cells in which the robot's middle can be, world frame.
+    /// Centres of the cells in which the robot's centre can be, world frame.
     pub fn places(&self) -> impl Iterator<Item = Point2<f64>> {
         let standing = (0..self.standing.len()).filter(|&index| self.standing[index]);
         standing.map(|index| self.centre(index))
     }
 
-    /// Part of the area of which `is_known` says so, asked with the middle of each cell in the
-    /// world frame; 1 where nothing can be reached.
+    /// Part of the area for which `is_known` is true at the centre of the cell, world frame; 1 if
+    /// nothing can be reached.
     #[must_use]
     pub fn known_fraction(&self, mut is_known: impl FnMut(Point2<f64>) -> bool) -> f64 {
         let (mut all, mut known) = (0_u64, 0_u64);
@@ -123,7 +122,7 @@ impl ReachableArea {
 
     fn flood(&mut self, start: Point2<f64>, radius: f64, caster: &Caster) {
         let mut front: Vec<usize> = self.index_of(start).into_iter().collect();
-        // The start itself is free (the world was checked), whatever the middle of its cell is.
+        // The start itself is free (the world was checked), even if the centre of its cell is not.
         front.iter().for_each(|&index| self.standing[index] = true);
         while let Some(index) = front.pop() {
             for next in self.neighbours(index) {
@@ -138,7 +137,7 @@ impl ReachableArea {
     }
 
     fn look_round(&mut self, caster: &Caster) {
-        // As many rows and columns as make no more look-outs than there may be.
+        // Thin out rows and columns so that there are no more look-outs than allowed.
         let bound = (self.cells.len() as f64 / MOST_LOOKOUTS).sqrt().ceil();
         let spacing = ((LOOKOUT_SPACING / self.resolution).max(bound) as usize).max(1);
         let Some(mut fan) = Fan::new(RAYS, 0.0, TAU / RAYS as f64) else {
@@ -157,11 +156,12 @@ impl ReachableArea {
 
     fn look_from(&mut self, eye: Point2<f64>, fan: &Fan) {
         for (beam, distance) in fan.distances().iter().enumerate() {
-            // No wall, no floor: outside of the building nothing counts.
+            // No wall, no floor: outside the building nothing counts.
             let Some(direction) = fan.direction(beam).filter(|_| distance.is_finite()) else {
                 continue;
             };
-            // In cells, once: a step is then two sums. Walls end the way before the rim does.
+            // In cells, once: a step then takes two additions. Walls end the ray before the rim
+            // does.
             let from = (eye - self.low) / self.resolution;
             for step in 1..(distance.min(SIGHT) / self.resolution) as usize {
                 let at = from + direction * step as f64;
@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn an_empty_room_counts_but_for_its_rim() {
         let area = reachable_area(&square(2.0), 0.11, 0.05);
-        // All but the cells nearer than one cell to the wall.
+        // Everything but the cells nearer than one cell to the wall.
         let metres = area.centres().count() as f64 * 0.05 * 0.05;
         assert!((metres - 3.9 * 3.9).abs() < 0.3, "{metres}");
         assert_eq!(area.known_fraction(|_| true), 1.0);
@@ -238,7 +238,7 @@ mod tests {
         let closed = square(2.0).with_walls(&[(1.0, -2.0), (1.0, 2.0)]);
         let area = reachable_area(&closed, 0.11, 0.05);
         assert!(area.centres().all(|p| p.x < 1.0 && p.x > -2.0));
-        // A slit of 0.1 m lets no robot through, but light.
+        // A slit of 0.1 m lets light through, but no robot.
         let slit = square(2.0)
             .with_walls(&[(1.0, -2.0), (1.0, -0.05)])
             .with_walls(&[(1.0, 0.05), (1.0, 2.0)]);

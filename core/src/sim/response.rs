@@ -1,14 +1,14 @@
-//! How motors answer, with the controller and without: step and disturbance responses as time
+//! How motors respond, with and without the controller: step and disturbance responses as time
 //! series.
 //!
-//! In: the robot's figures, the motors it really has, wished speeds, loads. Out: speeds, heading,
-//! voltages and currents, a sample each period.
+//! In: the robot's figures, its true motors, desired speeds, loads. Out: speeds, heading, voltages
+//! and currents, one sample per period.
 //!
-//! 1. Closed: the controller believes in the robot's figures and sees the counts of its encoders.
-//! 2. Open: the voltages that would hold the wished speeds, if the figures were right and nothing
-//!    else pulled.
+//! 1. Closed: the controller assumes the robot's figures and sees the counts of its encoders.
+//! 2. Open: the voltages that would hold the desired speeds if the figures were right and there
+//!    were no load.
 //!
-//! No ground here, no slip: what the encoders count is what the tracks run. Source: TDK 2016 §1.1.
+//! There is no ground here and no slip: encoders count what the tracks run. Source: TDK 2016 §1.1.
 
 use super::motor::Motor;
 use crate::robot::controller::{DesignError, DriveController, Wish};
@@ -17,31 +17,31 @@ use crate::robot::{DriveTrain, RobotModel};
 /// Period of the drive controller, s: it runs at 1 kHz.
 pub const DRIVE_PERIOD: f64 = 1e-3;
 
-/// What is asked of the motors, and what they are up against.
+/// What the motors should do, and which loads act on them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
     /// The robot, as the controller knows it.
     pub robot: RobotModel,
-    /// The motors it has.
+    /// The motors that it really has.
     pub motors: DriveTrain,
-    /// Wished forward speed, m/s, from the beginning on.
+    /// Desired forward speed, m/s, from the beginning on.
     pub forward: f64,
-    /// Wished turn rate, rad/s.
+    /// Desired turn rate, rad/s.
     pub turn: f64,
-    /// How fast wished speeds change, as a part of the robot's own limits; infinite for a step.
+    /// How fast desired speeds change, as a part of the robot's own limits; infinite for a step.
     pub ramp: f64,
-    /// Torques that come on, in the order of time.
+    /// Torques that begin to act, in order of time.
     pub loads: Vec<LoadStep>,
-    /// How long, s.
+    /// Duration, s.
     pub seconds: f64,
 }
 
-/// From a time on, torques on both shafts.
+/// Torques on both shafts, from a time on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadStep {
     /// When, s.
     pub at: f64,
-    /// Torque against positive turning, N m.
+    /// Torque against positive rotation, N m.
     pub left: f64,
     /// The same on the right.
     pub right: f64,
@@ -52,7 +52,7 @@ pub struct LoadStep {
 pub enum Loop {
     /// They do.
     Closed,
-    /// They follow from the wished speeds alone.
+    /// They follow from the desired speeds alone.
     Open,
 }
 
@@ -61,13 +61,13 @@ pub enum Loop {
 pub struct ResponseSample {
     /// Time, s.
     pub seconds: f64,
-    /// Wished speeds of the tracks, m/s.
+    /// Desired speeds of the tracks, m/s.
     pub wished: [f64; 2],
     /// Speeds of the tracks, m/s.
     pub speeds: [f64; 2],
-    /// Ways of the tracks since the beginning, m.
+    /// Distances of the tracks since the beginning, m.
     pub ways: [f64; 2],
-    /// Heading that comes of them, less the wished one, rad: it is not wrapped.
+    /// Resulting heading minus the desired one, rad; not wrapped.
     pub heading_error: f64,
     /// Voltages, V.
     pub voltages: [f64; 2],
@@ -76,7 +76,7 @@ pub struct ResponseSample {
 }
 
 impl Trial {
-    /// A step to full speed with the motors as they should be.
+    /// A step to full speed, with motors exactly as in the model.
     #[must_use]
     pub fn straight(robot: &RobotModel, forward: f64, seconds: f64) -> Self {
         Self {
@@ -90,10 +90,10 @@ impl Trial {
         }
     }
 
-    /// The answer, a sample for each period.
+    /// The response, one sample per period.
     ///
-    /// # Errors    [`DesignError`]: there is no controller for the robot's figures, or `motors`
-    /// cannot be.
+    /// # Errors    [`DesignError`]: there is no controller for the robot's figures, or `motors` is
+    /// invalid.
     pub fn run(&self, control: Loop) -> Result<Vec<ResponseSample>, DesignError> {
         self.motors.validate()?;
         let mut rig = Rig::new(self)?;
@@ -107,7 +107,7 @@ impl Trial {
     }
 }
 
-/// Motors and controller on a bench.
+/// Motors and controller on a test bench.
 struct Rig {
     motors: [Motor; 2],
     controller: DriveController,
@@ -161,7 +161,7 @@ impl Rig {
         let before = (self.forward, self.turn);
         self.forward = towards(self.forward, trial.forward, robot.max_acceleration);
         self.turn = towards(self.turn, trial.turn, robot.max_turn_acceleration);
-        // Nobody accelerates for a step: there only its end is wished.
+        // A step has no acceleration: there, only its final speed is desired.
         let per_second = if trial.ramp.is_finite() {
             1.0 / DRIVE_PERIOD
         } else {
@@ -194,7 +194,7 @@ impl Rig {
     }
 }
 
-/// Speeds (or accelerations) of the shafts, left and right, for those of the body.
+/// Speeds (or accelerations) of the shafts, left and right, from those of the body.
 pub(super) fn shaft_pair(robot: &RobotModel, forward: f64, turn: f64) -> [f64; 2] {
     let half = 0.5 * robot.track_width * turn;
     [forward - half, forward + half].map(|metres| metres / robot.drive.metres_per_radian)

@@ -1,10 +1,10 @@
-//! Two scans in a built-in world, and the motion between them: to try registration on.
+//! Two scans in a built-in world, and the motion between them, for testing registration.
 //!
-//! In: a seed and a condition. Out: what a sensor at two poses hits, each in its own frame.
+//! In: a seed and a condition. Out: the hits of a sensor at two poses, each in its own frame.
 //!
-//! Poses lie up to [`SHIFT`] and [`TURN`] apart and see each other. How much the walls in sight
-//! tell of the way is known from the walls themselves, not from the scans, so that pairs along
-//! corridors can be left out, or looked for.
+//! Poses are up to [`SHIFT`] and [`TURN`] apart and see each other. How well the visible walls
+//! constrain each direction is computed from the walls themselves, not from the scans, so pairs
+//! along corridors can be left out, or looked for.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,19 +17,19 @@ use crate::geom::{Length, Pose2, gaussian_pair, unit_vector, wrap};
 
 /// Beams of a scan, all round.
 pub const BEAMS: usize = 360;
-/// How far two scans lie apart at most, m.
+/// How far two scans are apart at most, m.
 pub const SHIFT: f64 = 1.0;
-/// How far they are turned at most, rad.
+/// How much they are turned at most, rad.
 pub const TURN: f64 = PI / 4.0;
-/// Where walls say less of some way than this part, a pair does not tell the motion.
+/// If a direction gets less than this part of the walls' information, the motion is not determined.
 pub const LEAST_SHARE: f64 = 0.04;
-/// Where they say less than this, they say nothing.
+/// A direction with less than this part is not constrained at all.
 const NO_SHARE: f64 = 0.01;
 
 const RANGE: f64 = 12.0;
 /// How far sensors stay from walls, m.
 const CLEAR: f64 = 0.3;
-/// Fewer hits are no scan.
+/// With fewer hits it is no scan.
 const FEWEST: usize = 60;
 const TRIES: usize = 10_000;
 
@@ -47,11 +47,11 @@ pub struct ScanPair {
 /// What is wrong with the scans.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Condition {
-    /// As reports name it.
+    /// Its name in reports.
     pub name: &'static str,
     /// σ of a range, m.
     pub sigma: f64,
-    /// Whether each sees only half of what is around it, and half of that what the other sees.
+    /// Whether each sees only half of its surroundings, and half of that is what the other sees.
     pub is_half: bool,
     /// Part of the beams that are cut short.
     pub outliers: f64,
@@ -65,7 +65,7 @@ impl Condition {
         is_half: false,
         outliers: 0.0,
     };
-    /// All that registration is measured under.
+    /// All conditions under which registration is measured.
     pub const ALL: [Self; 4] = [
         Self::CLEAN,
         Self {
@@ -86,12 +86,12 @@ impl Condition {
     ];
 }
 
-/// A pair that is always the same.
+/// A fixed pair, always the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuiltinPair {
     /// Its name.
     pub name: &'static str,
-    /// What a person calls it.
+    /// What people call it.
     pub title: &'static str,
     world: &'static str,
     condition: Condition,
@@ -124,7 +124,7 @@ impl BuiltinPair {
         }
     }
 
-    /// The pair; `None` only where the world has no two such places.
+    /// The pair; `None` only if the world has no two such places.
     #[must_use]
     pub fn draw(&self) -> Option<ScanPair> {
         let buildings = Buildings::of([worlds::builtin(self.world)?]);
@@ -136,7 +136,7 @@ impl BuiltinPair {
     }
 }
 
-/// The walls of buildings to draw pairs in.
+/// The walls of buildings in which pairs are drawn.
 #[derive(Clone, Debug)]
 pub struct Buildings(Vec<Building>);
 
@@ -159,7 +159,7 @@ impl Buildings {
         )
     }
 
-    /// These.
+    /// From the given ones.
     #[must_use]
     pub fn of(worlds: impl IntoIterator<Item = World>) -> Self {
         let open = |world: World| {
@@ -173,8 +173,8 @@ impl Buildings {
         Self(worlds.into_iter().map(open).collect())
     }
 
-    /// The pair of a seed, of which the walls tell as much as `is_wanted` asks for, seen from
-    /// either pose (see [`Buildings::observability`]). `None` where none was found in many tries.
+    /// The pair of a seed for which the walls give as much information as `is_wanted` asks for,
+    /// seen from either pose (see [`Buildings::observability`]). `None` if many tries found none.
     #[must_use]
     pub fn pair(
         &self,
@@ -212,19 +212,19 @@ impl Buildings {
         None
     }
 
-    /// Two poses in the first building that see each other, drawn once; `None` where they do not.
+    /// Two poses in the first building that see each other, drawn once; `None` if they do not.
     #[must_use]
     pub fn poses(&self, rng: &mut ChaCha8Rng) -> Option<[Pose2; 2]> {
         self.0.first()?.poses(rng)
     }
 
-    /// What the walls of the first building tell whoever stands at `pose`.
+    /// The information of the first building's walls about a pose, seen from `pose`.
     #[must_use]
     pub fn observability(&self, pose: &Pose2) -> Option<Observability> {
         Some(self.0.first()?.observability(pose))
     }
 
-    /// The hits of a whole scan in the first building, in the frame of the sensor.
+    /// The hits of a whole scan in the first building, in the sensor frame.
     #[must_use]
     pub fn scan(
         &self,
@@ -239,19 +239,20 @@ impl Buildings {
     }
 }
 
-/// What walls in sight tell of the way, by the walls themselves, the heading being as unknown.
+/// The information of the visible walls about a shift, from the walls themselves, with the heading
+/// unknown too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observability {
-    /// Of the way of which they tell least.
+    /// Information about the least known direction.
     pub least: f64,
-    /// Of all ways together.
+    /// Information about all directions together.
     pub total: f64,
-    /// The way of which they tell least, in the building's frame.
+    /// The least known direction, in the building's frame.
     pub axis: Vector2<f64>,
 }
 
 impl Observability {
-    /// The least as a part of all.
+    /// The least as a part of the total.
     #[must_use]
     pub fn share(&self) -> f64 {
         self.least / self.total.max(f64::MIN_POSITIVE)
@@ -306,7 +307,8 @@ impl Building {
         (is_clear(&fixed) && is_clear(&moving) && is_seen).then_some([fixed, moving])
     }
 
-    /// Only of beams within half a turn from `arc` on, a direction of the building, if it is given.
+    /// If `arc`, a direction of the building, is given: only of beams within half a turn from it
+    /// on.
     fn scan(
         &self,
         pose: &Pose2,

@@ -1,6 +1,6 @@
-//! The simulated robot: the same commands in and the same readings out as from a real one.
+//! The simulated robot: takes the same commands and gives the same readings as a real one.
 //!
-//! Time runs in steps of [`TIME_STEP`]. In each step: movers walk; motors and their controller run
+//! Time runs in steps of [`TIME_STEP`]. In each step, movers walk; motors and their controller run
 //! for as many periods of [`DRIVE_PERIOD`] as fit; the body slips and collides, which the motors
 //! feel in the next step; the sensor takes the readings that fall into the step.
 
@@ -37,14 +37,14 @@ pub const TIME_STEP: f64 = 0.005;
 const STEP_MICROS: u64 = 5_000;
 /// Periods of the drive in a step.
 const DRIVE_PERIODS: usize = 5;
-/// Speed with which tracks scrub over the ground from which on they push with all their grip, m/s.
+/// Speed of the tracks over the ground from which on they push with all their grip, m/s.
 const FULL_SCRUB: f64 = 0.02;
-/// Room around a leaf in which nobody may stand when it shuts, m.
+/// Room around a door leaf in which nobody may stand when it shuts, m.
 const DOOR_ROOM: f64 = 0.02;
-/// Scans that wait to be taken; more push out the oldest.
+/// Scans that wait to be taken; further ones push out the oldest.
 const MOST_WAITING: usize = 16;
 
-/// A robot cannot stand at a place.
+/// A robot cannot stand at a given place.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("a robot of radius {radius} m cannot stand at ({x}, {y}): there is room for {room:.3} m")]
 pub struct Blocked {
@@ -77,16 +77,16 @@ pub struct Simulation {
     motion_rng: ChaCha8Rng,
     sensor_rng: ChaCha8Rng,
     steps: u64,
-    /// Time asked for that is less than a step, s.
+    /// Requested time that is less than a step, s.
     pending: f64,
     odometry: TrackOdometry,
     scans: VecDeque<Scan>,
     scan: ScanOrder,
-    /// Whether scans nobody asked for are dropped, whatever the sensor.
+    /// Whether scans that nobody asked for are dropped, whatever the sensor.
     on_command: bool,
 }
 
-/// How far a [`Command::Scan`] has come.
+/// The progress of a [`Command::Scan`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ScanOrder {
     None,
@@ -98,7 +98,7 @@ enum ScanOrder {
 impl Simulation {
     /// A robot at the start of `world`.
     ///
-    /// # Errors    [`SimError`]: a figure of world, robot or sensor is outside of its range, or the
+    /// # Errors    [`SimError`]: a figure of world, robot or sensor is out of its range, or the
     /// robot stands in a wall.
     pub fn new(
         world: World,
@@ -142,7 +142,7 @@ impl Simulation {
         })
     }
 
-    /// Tells the robot what to do; whatever was under way is given up.
+    /// Commands the robot; whatever was in progress is given up.
     pub fn command(&mut self, command: Command) {
         self.drive.command(command);
         self.sensor.abort();
@@ -154,27 +154,28 @@ impl Simulation {
         };
     }
 
-    /// The robot's tracks differ so from its model from here on, whatever the seed gave it.
+    /// From here on, the robot's tracks differ from its model in this way, whatever the seed gave
+    /// it.
     pub fn set_wear(&mut self, wear: TrackWear) {
         self.body.wear = wear;
     }
 
-    /// How the robot's tracks differ from its model: no robot knows this of itself.
+    /// How the robot's tracks differ from its model: no robot knows this about itself.
     #[must_use]
     pub fn wear(&self) -> TrackWear {
         self.body.wear
     }
 
-    /// Carries the robot elsewhere, while its tracks go on as before: it does not notice.
+    /// Carries the robot elsewhere while its tracks go on as before: it does not notice.
     ///
-    /// # Errors    [`Blocked`]: something stands there; then the robot stays where it is.
+    /// # Errors    [`Blocked`]: something stands there; the robot then stays where it is.
     pub fn kidnap(&mut self, world_from_robot: &Pose2) -> Result<(), Blocked> {
         let (at, radius) = (world_from_robot.position(), self.robot.radius());
         let walls = self.caster.clearance(at, radius);
         let movers = self.movers.iter();
         let movers = movers.map(|mover| (mover.centre - at).length() - mover.radius);
         let room = movers.fold(walls, f64::min);
-        // NaN is no room either.
+        // NaN does not count as room either.
         if !world_from_robot.is_finite() || room.is_nan() || room < radius {
             return Err(Blocked {
                 x: at.x,
@@ -187,16 +188,16 @@ impl Simulation {
         Ok(())
     }
 
-    /// A sensor that scans all the time is to be heard only after [`Command::Scan`], the robot
-    /// standing; or no longer so. Scans that wait to be taken are dropped. No change for a sensor
-    /// that scans on command anyway.
+    /// Whether a sensor that scans all the time returns scans only after [`Command::Scan`], while
+    /// the robot stands. Scans that wait to be taken are dropped. Changes nothing for a sensor that
+    /// scans on command anyway.
     pub fn set_on_command(&mut self, on_command: bool) {
         self.on_command = on_command;
         self.scans.clear();
         self.scan = ScanOrder::None;
     }
 
-    /// Lets time pass; what is less than a step is kept for the next call.
+    /// Lets time pass; a remainder of less than a step is kept for the next call.
     ///
     /// # Units    `seconds` of simulated time; negative or not finite lets none pass.
     pub fn advance(&mut self, seconds: f64) {
@@ -223,42 +224,42 @@ impl Simulation {
         self.drive.counts
     }
 
-    /// The robot's own estimate of its motion since it was last asked (at first: since it started),
-    /// with covariance.
+    /// The robot's own estimate of its motion since the last call (at first: since the start), with
+    /// covariance.
     pub fn odometry(&mut self) -> Odometry {
         self.odometry.update(self.stamp(), self.ticks())
     }
 
-    /// Whether it scans only on [`Command::Scan`], standing; others scan all the time.
+    /// Whether it scans only on [`Command::Scan`], while standing; others scan all the time.
     #[must_use]
     pub fn scans_on_command(&self) -> bool {
         self.on_command || self.sensor_model.scans_on_command()
     }
 
-    /// The oldest scan that nobody took yet.
+    /// The oldest scan that was not taken yet.
     pub fn take_scan(&mut self) -> Option<Scan> {
         self.scans.pop_front()
     }
 
-    /// Whether a `Forward`, `Turn` or `Scan` is under way.
+    /// Whether a `Forward`, `Turn` or `Scan` is in progress.
     #[must_use]
     pub fn is_busy(&self) -> bool {
         self.drive.is_busy() || self.scan != ScanOrder::None
     }
 
-    /// Where the robot really is: `world_from_robot`.
+    /// The robot's true pose: `world_from_robot`.
     #[must_use]
     pub fn truth(&self) -> Pose2 {
         self.body.pose()
     }
 
-    /// Forward speed, m/s, and turn rate, rad/s, that the tracks run at.
+    /// Forward speed, m/s, and turn rate, rad/s, at which the tracks run.
     #[must_use]
     pub fn speeds(&self) -> (f64, f64) {
         self.drive.speeds()
     }
 
-    /// Currents of the motors, A: left, right. They rise where the tracks push against something.
+    /// Currents of the motors, A: left, right. They rise if the tracks push against something.
     #[must_use]
     pub fn motor_currents(&self) -> [f64; 2] {
         self.drive.currents()
@@ -276,7 +277,7 @@ impl Simulation {
         self.body.bumpers()
     }
 
-    /// Volts of the battery, as the robot's converter counts them.
+    /// Volts of the battery, as the robot's converter reads them.
     #[must_use]
     pub fn battery_volts(&self) -> f64 {
         self.battery.volts()
@@ -288,20 +289,20 @@ impl Simulation {
         &self.world
     }
 
-    /// Opens or shuts a door of the world; its own times go on from there. One that is to shut
-    /// waits until nobody stands in it.
+    /// Opens or shuts a door of the world; its own switch times continue from there. A door that
+    /// should shut waits until nobody stands in it.
     ///
     /// # Errors    [`NoDoor`].
     pub fn set_door(&mut self, index: usize, open: bool) -> Result<(), NoDoor> {
         self.doors.order(index, open)
     }
 
-    /// Whether each door is open now, in the order of the world's.
+    /// Whether each door is open now, in the order of the world's doors.
     pub fn doors_open(&self) -> impl Iterator<Item = bool> + '_ {
         self.doors.are_open()
     }
 
-    /// Whether each door is to be open; where that differs from [`Self::doors_open`], it moves with
+    /// Whether each door should be open; if that differs from [`Self::doors_open`], it moves with
     /// the next step, or waits until nobody stands in it.
     pub fn doors_ordered(&self) -> impl Iterator<Item = bool> + '_ {
         self.doors.are_to_be_open()
@@ -313,7 +314,7 @@ impl Simulation {
         &self.caster
     }
 
-    /// Where the movers are now, in the order of the world's.
+    /// Where the movers are now, in the order of the world's movers.
     #[must_use]
     pub fn movers(&self) -> &[Disc] {
         &self.movers
@@ -378,7 +379,7 @@ impl Simulation {
             radius: self.body.radius,
         };
         let discs = self.movers.iter().chain([&robot]);
-        // A body that touches a leaf must not stand in it by a rounding.
+        // A body that touches a door leaf must not stand in it because of rounding.
         let is_clear = |leaf: &Segment| {
             let mut discs = discs.clone();
             discs.all(|disc| leaf.distance(disc.centre) > disc.radius + DOOR_ROOM)
@@ -428,7 +429,7 @@ fn keep_newest(waiting: &mut VecDeque<Scan>, scan: Scan) {
     waiting.push_back(scan);
 }
 
-/// Walls first, so that doors change no number of theirs.
+/// Walls first, so doors do not change their indices.
 fn caster_of(world: &World, doors: &Doors) -> Caster {
     let mut walls = world.walls();
     walls.extend(doors.shut());

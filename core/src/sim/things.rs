@@ -1,11 +1,11 @@
-//! What a feature truly is of: the walls, corners and round things of a world.
+//! What a feature truly shows: the walls, corners and round objects of a world.
 //!
-//! 1. A line's true wall is the one that rays from the true pose through the line meet; glass
-//!    before the line only lets them through.
-//! 2. A corner's is the nearest place where a side ends or another meets it, a circle's the nearest
-//!    middle of a round obstacle, if it is near enough.
+//! 1. A line's true wall is the one that rays from the true pose through the line meet; glass in
+//!    front of the line only lets them through.
+//! 2. A corner's true place is the nearest one where a side ends or another meets it, a circle's
+//!    the nearest centre of a round obstacle, if it is near enough.
 //!
-//! Doors and people are nothing that features are of: they do not stay.
+//! Doors and people are not counted, because they do not stay.
 
 use std::collections::BTreeMap;
 
@@ -14,42 +14,42 @@ use nalgebra::{Point2, Vector2};
 use super::world::{Material, Shape, Wall, World};
 use crate::geom::{Length, Pose2, Segment, ring_holds};
 
-/// Glass so far before a line, m, is not what sent its beams back.
+/// Glass this far in front of a line, m, did not send its beams back.
 const BEFORE: f64 = 0.3;
 /// Sine of the greatest angle between a line and its wall.
 const SLANT: f64 = 0.2;
-/// Sides that miss each other by less do meet, m.
+/// Sides that miss each other by less than this do meet, m.
 const TOUCH: f64 = 1e-4;
-/// Extents that miss each other by less are compared, m.
+/// Extents that miss each other by less than this are compared, m.
 const NEAR: f64 = 10.0 * TOUCH;
-/// Walls on one line are parallel to this sine, and apart by less than so much, m.
+/// Walls on one line are parallel to within this sine, and less than this apart, m.
 const PARALLEL: f64 = 1e-3;
 const ONE_LINE: f64 = 0.01;
-/// A point of a sweep that is farther from a true thing is none of it, m; and what odometry turns
-/// it within the sweep comes on top, m for each m of its distance.
+/// A point of a sweep that is farther than this from a true object does not show it, m. What
+/// odometry turns the point by within the sweep is added, m for each m of its distance.
 const REACH: f64 = 0.1;
 const REACH_PER_METRE: f64 = 0.03;
 
-/// What a feature is of. Two are the same thing if they are equal; walls also if they lie on one
+/// What a feature shows. Two are the same thing if they are equal; walls also if they lie on one
 /// line ([`Thing::is_same`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Thing {
     /// A side of an obstacle.
     Wall {
-        /// Its place in [`World::walls`].
+        /// Its index in [`World::walls`].
         number: usize,
         /// Where it is.
         segment: Segment,
     },
-    /// Where one ends.
+    /// Where a side ends.
     Corner(Point2<f64>),
-    /// The middle of something round.
+    /// The centre of something round.
     Round(Point2<f64>),
 }
 
 impl Thing {
-    /// Whether a landmark of one is right for the other: the same, or walls on one line, whose
-    /// direction and distance are the same.
+    /// Whether a landmark of one is right for the other: the same thing, or walls on one line,
+    /// which have the same direction and distance.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
@@ -70,8 +70,8 @@ pub struct Things {
 }
 
 impl Things {
-    /// What a point found in a sweep of a robot that drives is of, as [`Self::of_point`] has it, no
-    /// farther than odometry may have turned it meanwhile.
+    /// What a point found in a sweep of a driving robot shows, as in [`Self::of_point`], no farther
+    /// away than odometry may have turned it meanwhile.
     #[must_use]
     pub fn of_point_in_sweep(
         &self,
@@ -83,7 +83,7 @@ impl Things {
         self.of_point(world_from_robot, point, is_round, reach)
     }
 
-    /// Those of `world` that can be seen by a lidar as they are; of glass, walls alone, since a
+    /// The things of `world` that a lidar can see as they are; for glass, only walls, because a
     /// beam that meets it squarely comes back.
     #[must_use]
     pub fn of(world: &World) -> Self {
@@ -115,7 +115,7 @@ impl Things {
     }
 
     /// The wall that most of three rays through a line with these `ends` meet, in the robot frame
-    /// at `world_from_robot`; `None` where they do not agree on one that is parallel to it.
+    /// at `world_from_robot`; `None` if they do not agree on one that is parallel to it.
     #[must_use]
     pub fn of_line(&self, world_from_robot: &Pose2, ends: [Point2<f64>; 2]) -> Option<Thing> {
         let [a, b] = ends.map(|end| *world_from_robot * end);
@@ -144,7 +144,7 @@ impl Things {
         })
     }
 
-    /// What a point is of, in the robot frame at `world_from_robot`: the nearest round thing or the
+    /// What a point shows, in the robot frame at `world_from_robot`: the nearest round thing or the
     /// nearest corner, no farther than `reach`, m.
     #[must_use]
     pub fn of_point(
@@ -167,7 +167,7 @@ impl Things {
     }
 }
 
-/// The upright rectangle around some places.
+/// The axis-aligned rectangle around some places.
 struct Extent {
     low: Point2<f64>,
     high: Point2<f64>,
@@ -183,7 +183,7 @@ impl Extent {
         Self { low, high }
     }
 
-    /// Whether two have a place in common, or nearly.
+    /// Whether two extents share a place, or nearly.
     fn meets(&self, other: &Self) -> bool {
         self.reaches(other.low.x)
             && other.reaches(self.low.x)
@@ -191,13 +191,13 @@ impl Extent {
             && other.low.y <= self.high.y + NEAR
     }
 
-    /// Whether it goes on to the right as far as this, or nearly.
+    /// Whether it extends to the right as far as this, or nearly.
     fn reaches(&self, x: f64) -> bool {
         x <= self.high.x + NEAR
     }
 }
 
-/// Ends of all sides, and where one side meets another: what shapes that overlap leave to be seen.
+/// Ends of all sides, and where one side meets another: the visible corners of shapes that overlap.
 /// Each place once.
 fn corners(sides: &[Segment]) -> Vec<Point2<f64>> {
     let mut found = Places::default();
@@ -208,7 +208,7 @@ fn corners(sides: &[Segment]) -> Vec<Point2<f64>> {
     for (a, near) in sides.iter().zip(near_each_other(sides)) {
         let along = a.b - a.a;
         let (length, way) = (along.length(), along / along.length());
-        // A little before its end, so that a side that only touches is met.
+        // From a little before its end, so that a side that it only touches is met.
         let from = a.a - way * TOUCH;
         let met = near
             .into_iter()
@@ -219,9 +219,9 @@ fn corners(sides: &[Segment]) -> Vec<Point2<f64>> {
     found.list
 }
 
-/// Of each side the others whose extents have a place in common with its own, in their order. Large
-/// worlds have thousands of sides, and most are far from each other: they are swept from left to
-/// right, and compared while they lie above one another.
+/// For each side, the others whose extents share a place with its own, in their order. Large worlds
+/// have thousands of sides, most of them far from each other: a sweep from left to right compares
+/// only those that overlap in x.
 fn near_each_other(sides: &[Segment]) -> Vec<Vec<usize>> {
     let extents: Vec<Extent> = sides.iter().map(|s| Extent::of(&[s.a, s.b])).collect();
     let mut order: Vec<usize> = (0..sides.len()).collect();
@@ -267,8 +267,8 @@ impl Places {
     }
 }
 
-/// Whether a place is within an outline, and not on its border: where the end of a wall stands in
-/// another one nobody sees it.
+/// Whether a place is within an outline and not on its border: nobody sees the end of a wall that
+/// stands inside another one.
 fn is_inside(ring: &[Point2<f64>], place: Point2<f64>) -> bool {
     let around = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
     let mut around = around
@@ -326,7 +326,7 @@ mod tests {
     }
 
     proptest! {
-        /// On a raster, so that sides touch, cross and lie on one another.
+        /// On a raster, so sides touch, cross and lie on one another.
         #[test]
         fn corners_are_those_that_all_pairs_have(
             ends in prop::collection::vec(((-5..5, -5..5), (-5..5, -5..5)), 0..40)
@@ -347,7 +347,7 @@ mod tests {
         let pose = Pose2::new(world.start.x(), world.start.y(), 0.7);
         let mut found = 0;
         for (index, wall) in things.walls.iter().enumerate() {
-            // A piece of the wall, where nothing stands before it.
+            // A piece of the wall with nothing in front of it.
             let piece = [0.45, 0.55].map(|part| wall.segment.a + wall.segment.vector() * part);
             let origin = pose.position();
             let is_hidden = things.walls.iter().enumerate().any(|(other, before)| {
@@ -401,7 +401,7 @@ mod tests {
         assert_eq!(things.of_point(&pose, far, true, 0.1), None);
     }
 
-    /// Against all sides and outlines, near or not.
+    /// Compared with all sides and outlines, near or not.
     #[test]
     fn what_is_far_is_passed_over_without_loss() {
         for name in ["office", "warehouse", "lab"] {

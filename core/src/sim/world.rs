@@ -1,8 +1,8 @@
 //! What stands in the building, and where the robot starts.
 //!
-//! Obstacles are kept as the shapes they were drawn as (an editor and a file want those back) and
-//! flattened to straight [`Wall`]s for ray casting and collision: a circle becomes a polygon
-//! inscribed to within 2 mm. The flattened walls ARE the truth, for the sensors and for the robot's
+//! Obstacles are kept as the shapes they were drawn as (an editor and a file need those) and
+//! flattened to straight [`Wall`]s for ray casting and collision: a circle becomes an inscribed
+//! polygon, to within 2 mm. The flattened walls ARE the truth, for the sensors and for the robot's
 //! body alike.
 //!
 //! Polygons, rectangles and circles are solid; the outline of a room is a closed polyline.
@@ -52,7 +52,7 @@ pub struct World {
     pub robot: RobotKind,
     /// The sensor this world was made for.
     pub sensor: SensorKind,
-    /// The seed that is used where nobody chooses another.
+    /// The seed that is used if nobody chooses another.
     pub seed: u64,
 }
 
@@ -64,11 +64,11 @@ pub enum Material {
     Opaque,
     /// Lets most beams through; only those that meet it squarely come back.
     Glass,
-    /// Reflects so little that it is seen from near only.
+    /// Reflects so little that it is seen only from near.
     Dark,
 }
 
-/// A still object: a shape of one material.
+/// A static object: a shape of one material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Obstacle {
     /// Its outline.
@@ -141,7 +141,7 @@ impl World {
         self.with(Shape::Polyline { points, closed })
     }
 
-    /// Sets a task: to go there.
+    /// Sets the task of driving there.
     #[must_use]
     pub fn with_goal(mut self, (x, y): (f64, f64)) -> Self {
         self.goal = Some(Point2::new(x, y));
@@ -184,7 +184,7 @@ impl World {
         self
     }
 
-    /// Makes the obstacle that was added last of this material.
+    /// Makes the obstacle added last of this material.
     #[must_use]
     pub fn made_of(mut self, material: Material) -> Self {
         if let Some(last) = self.obstacles.last_mut() {
@@ -200,8 +200,8 @@ impl World {
         counts.sum()
     }
 
-    /// Every straight piece of surface that stands still, in the order of the obstacles. Doors are
-    /// none of them.
+    /// Every straight piece of static surface, in the order of the obstacles. Doors are not
+    /// included.
     #[must_use]
     pub fn walls(&self) -> Vec<Wall> {
         let of_obstacle = |Obstacle { shape, material }: &Obstacle| {
@@ -212,7 +212,8 @@ impl World {
         self.obstacles.iter().flat_map(of_obstacle).collect()
     }
 
-    /// The least rectangle around walls, start and goal, as (lower corner, upper corner).
+    /// The smallest axis-aligned rectangle around walls, start and goal, as (lower corner, upper
+    /// corner).
     #[must_use]
     pub fn bounds(&self) -> (Point2<f64>, Point2<f64>) {
         let start = self.start.position();
@@ -226,7 +227,7 @@ impl World {
 
     /// Checks the figures, and that a robot of `radius` (m) can stand at the start.
     ///
-    /// # Errors    [`WorldError`], naming the first part that cannot be used.
+    /// # Errors    [`WorldError`], naming the first unusable part.
     pub fn validate(&self, radius: f64) -> Result<(), WorldError> {
         self.check_figures()?;
         self.check_start(radius)

@@ -1,5 +1,5 @@
-//! A twin of the simulated robot: with its figures it stays within what chance allows, with those
-//! of the model it goes another way.
+//! A twin of the simulated robot: with the robot's figures it stays within what random errors
+//! allow, with those of the model it diverges.
 
 use super::*;
 use crate::estimation::{Drive, OdometryFit};
@@ -14,11 +14,11 @@ const WEAR: TrackWear = TrackWear {
     track_width: 0.06,
 };
 
-/// Corners of the free part of the arena about its start, world frame less the start.
+/// Corners of the free part of the arena around its start, world frame minus the start.
 const CORNERS: [[f64; 2]; 5] = [[1.7, 0.0], [1.7, -0.3], [0.0, -0.3], [0.0, 1.2], [0.0, 0.0]];
 
-/// Towards a corner by someone who sees the robot, every second leg backwards; whether it is
-/// reached.
+/// Drives towards a corner with the robot's pose known, every second leg backwards; and whether it
+/// is reached.
 fn towards(corner: usize, at: &Pose2) -> (Command, bool) {
     let [x, y] = CORNERS[corner % CORNERS.len()];
     let way = Point2::new(x, y) - at.position();
@@ -34,8 +34,8 @@ fn towards(corner: usize, at: &Pose2) -> (Command, bool) {
     (Command::Velocity { forward, turn }, way.length() < 0.05)
 }
 
-/// A robot so worn, driven about in the arena for `seconds`; each motion, and each scan with the
-/// true pose at it, is handed to `see`.
+/// A robot with this wear, driven about in the arena for `seconds`; each motion, and each scan with
+/// the true pose at that time, is passed to `see`.
 fn drive(seed: u64, seconds: u32, mut see: impl FnMut(&Odometry, Option<(Scan, Pose2)>)) {
     let world = worlds::builtin("arena").unwrap();
     let start = world.start;
@@ -75,7 +75,7 @@ fn no_points() -> Points {
     )
 }
 
-/// Parts of the samples within three standard deviations: position, heading.
+/// Parts of the samples that lie within three standard deviations: position, heading.
 fn within(samples: &[TwinSample]) -> [f64; 2] {
     let part = |of: fn(&TwinSample) -> bool| {
         samples.iter().filter(|sample| of(sample)).count() as f64 / samples.len() as f64
@@ -111,7 +111,7 @@ fn a_twin_with_the_robots_figures_stays_within_chance() {
     }
     let [position, heading] = within(&alike);
     assert!(position > 0.95 && heading > 0.95, "{position} {heading}");
-    // The mean of 40 χ² with one degree of freedom: 1 ± 0.22; four of them.
+    // The mean of 40 χ² values with one degree of freedom: 1 ± 0.22; four of them.
     let square = ends.iter().map(|z: &f64| z * z).sum::<f64>() / ends.len() as f64;
     assert!((0.3..1.9).contains(&square), "{square}");
     assert!(alike.iter().all(|sample| sample.ranges.is_none()));
@@ -130,15 +130,15 @@ fn a_twin_with_other_figures_goes_another_way() {
         twin.odometry(&ahead);
         twin.pose().heading()
     });
-    // Δθ = (1.02 - 0.98) / (1.06 b): chance hides that in a short drive, and adds up to less in a
-    // long one.
+    // Δθ = (1.02 - 0.98) / (1.06 b): random errors hide that in a short drive, but add up to less
+    // in a long one.
     assert!((headings[0] - 0.04 / (1.06 * width)).abs() < 1e-12);
     assert!(headings[1].abs() < 1e-12);
 }
 
 #[test]
 fn the_simulators_own_wear_is_fitted_from_scan_matching_alone() {
-    // The poses are SLAM's, which does not know the truth and was fed the same worn odometry.
+    // The poses are from SLAM, which does not know the truth and was given the same worn odometry.
     let model = RobotModel::rp6();
     let mut slam = Slam::new(Method::ScanMatching, SlamConfig::default()).unwrap();
     let mut counted = Drive::default();

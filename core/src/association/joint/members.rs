@@ -32,8 +32,8 @@ impl Members {
         self.places.len()
     }
 
-    /// Adds a pairing and gives what it adds to the joint distance; `None`, and nothing done, where
-    /// it excludes a member or where the covariance is not positive definite.
+    /// Adds a pairing and returns what it adds to the joint distance; `None`, with nothing changed,
+    /// if it excludes a member or if the covariance is not positive definite.
     pub(super) fn join(
         &mut self,
         place: usize,
@@ -51,7 +51,7 @@ impl Members {
         Some(whitened.norm_squared())
     }
 
-    /// Appends the row of a pairing to L; gives its part of L⁻¹ v.
+    /// Appends the row of a pairing to L; returns its part of L⁻¹ v.
     fn row(
         &mut self,
         place: usize,
@@ -79,14 +79,15 @@ impl Members {
         own.solve_lower_triangular(&v)
     }
 
-    /// Takes the last pairing out.
+    /// Removes the last pairing.
     pub(super) fn leave(&mut self) {
         self.places.pop();
         self.whitened.pop();
         self.blocks.truncate(start(self.places.len()));
     }
 
-    /// The member farthest from what all others say of it, and its d²; (0, 0) for an empty set.
+    /// The member farthest from what all others predict for it, and its d²; (0, 0) for an empty
+    /// set.
     ///
     /// With u = C⁻¹ v and S the member's block of C⁻¹, the others expect it with covariance S⁻¹,
     /// and it is S⁻¹ u away: d² = uᵀ S⁻¹ u.

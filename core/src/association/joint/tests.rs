@@ -49,7 +49,7 @@ fn brute_force(
             }
             number /= own.len() + 1;
         }
-        // As in the search, each beginning of a set must pass too.
+        // As in the search, each beginning of a set must also pass.
         let mut d2 = 0.0;
         let passes = (1..=set.len()).all(|m| {
             d2 = distance(&set[..m], cross).unwrap_or(f64::INFINITY);
@@ -63,7 +63,7 @@ fn brute_force(
     best
 }
 
-/// Joint distance by the dense inverse; `None` where two exclude each other.
+/// Joint distance by the dense inverse; `None` if two exclude each other.
 fn distance(
     set: &[Pairing],
     cross: &dyn Fn(&Pairing, &Pairing) -> Option<Matrix2<f64>>,
@@ -83,7 +83,7 @@ fn distance(
     Some((v.transpose() * c.try_inverse()? * v)[0])
 }
 
-/// Walls seen from a pose that is uncertain by `sigma` along the normal of all of them.
+/// Walls seen from a pose whose uncertainty along the normal of all of them is `sigma`.
 fn parallel(shift: f64, sigma: f64, spacing: f64, n: usize) -> Vec<Vec<Pairing>> {
     let noise = Matrix2::new(1e-4, 0.0, 0.0, 1e-4);
     let pose = Matrix2::new(0.0, 0.0, 0.0, sigma * sigma);
@@ -119,7 +119,7 @@ fn walls_shifted_together_are_matched_together_where_the_nearest_are_wrong() {
     assert!(found.n_sets < CONFIG.most_sets);
 }
 
-/// A sighting of each of `n` landmarks, `v` off along r with noise of 1 cm.
+/// A sighting of each of `n` landmarks, `v` off along r, with noise of 1 cm.
 fn each_its_own(v: &[f64], sigma: f64) -> Vec<Vec<Pairing>> {
     let cov = Matrix2::new(1e-4, 0.0, 0.0, 1e-4 + sigma * sigma);
     let pairing = |(landmark, v): (usize, &f64)| Pairing {
@@ -155,7 +155,7 @@ fn what_two_walls_explain_as_well_is_ambiguous_but_for_walls_at_one_place() {
         ..CONFIG
     };
     for (apart, is_ambiguous) in [(0.032, true), (0.02, false), (0.2, false)] {
-        // Three walls fix the pose to 1 cm; the fourth may be another one as well.
+        // Three walls fix the pose to 1 cm; the fourth could be another one as well.
         let mut candidates = each_its_own(&[0.1; 4], 0.2);
         candidates[3][0].v.y += 0.008;
         let mut rival = candidates[3][0];

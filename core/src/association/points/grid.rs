@@ -1,4 +1,4 @@
-//! Places by the square cell that they lie in: what is near is in the nine cells around.
+//! Places sorted by square cell: neighbours are in the nine cells around.
 
 use nalgebra::Point2;
 
@@ -6,14 +6,14 @@ use nalgebra::Point2;
 #[derive(Clone, Debug)]
 pub(super) struct PointGrid {
     side: f64,
-    /// Cell and number of each place, in order.
+    /// Cell and index of each place, in order.
     entries: Vec<([i64; 2], usize)>,
 }
 
 impl PointGrid {
-    /// A grid in which [`Self::near`] finds all that is within `reach`, m.
+    /// A grid in which [`Self::near`] finds all places within `reach`, m.
     pub(super) fn new(places: impl Iterator<Item = Point2<f64>>, reach: f64) -> Self {
-        // Cells of no size, or of any, would hold everything or nothing.
+        // Cells of zero or infinite size would hold nothing or everything.
         let side = if reach.is_finite() {
             reach.max(1e-6)
         } else {
@@ -27,7 +27,7 @@ impl PointGrid {
         Self { side, entries }
     }
 
-    /// Numbers of all places within the reach of a point, and of some beyond.
+    /// Indices of all places within reach of a point, and of some beyond.
     pub(super) fn near(&self, point: Point2<f64>) -> impl Iterator<Item = usize> {
         let [column, row] = cell(point, self.side);
         let columns = column.saturating_sub(1)..=column.saturating_add(1);
@@ -71,7 +71,7 @@ mod tests {
             let before = near.len();
             near.dedup();
             prop_assert_eq!(near.len(), before, "each once");
-            // Nothing of what is more than two cells off.
+            // Nothing that is more than two cells away.
             for number in near {
                 prop_assert!((places[number] - at).amax() <= 2.0 * reach.max(1e-6));
             }

@@ -1,14 +1,14 @@
-//! Points found again by the distances among them, whatever the move.
+//! Points found again by the distances among them, whatever the motion.
 //!
-//! 1. Cross distances: of two points before and two now, of the same kinds, whose distances agree
-//!    within n σ, a placement follows: the motion that lays the one pair on the other.
-//! 2. Its support is the number of points that lie on one of their kind then, one to one, within
-//!    the gate. Such a placement errs, by the noise of its two points; the farther they are apart
-//!    the less, so that of all pairs that belong together the best support it fully.
-//! 3. The placement with most support wins (of equal ones that with the smaller sum of d²), is
-//!    fitted to all points that support it, and supported anew.
-//! 4. Where another placement, which puts the points elsewhere, has as much support, nothing is
-//!    found again: in a row of equal pillars any shift by one is as good.
+//! 1. Cross distances: two points before and two now, of the same kinds, whose distances agree
+//!    within n σ, give a placement: the motion that lays one pair on the other.
+//! 2. Its support is the number of points that it puts on one of their kind, one to one, within the
+//!    gate. Such a placement errs by the noise of its two points, less the farther they are apart.
+//!    So of all pairs that belong together, the best is supported by every true match.
+//! 3. The placement with the most support wins (of equal ones, the one with the smaller sum of d²).
+//!    It is fitted to all points that support it, and its support is found anew.
+//! 4. If another placement that puts the points elsewhere has as much support, nothing is found
+//!    again: in a row of equal pillars, any shift by one is as good.
 //!
 //! Source: Pilch 2016 §1.2.3 (relations among the points); the search is that of Grimson &
 //! Lozano-Pérez (1987), "Localizing overlapping parts by searching the interpretation tree", cut
@@ -20,14 +20,14 @@ use super::{PointMatch, PointMatchConfig, are_alike, distance2, one_to_one, plac
 use crate::features::PointFeature;
 use crate::geom::{Length, Pose2};
 
-/// Points nearer to each other make no placement, m: their direction is not known.
+/// Points nearer to each other than this make no placement, m: their direction is too uncertain.
 const LEAST_DISTANCE: f64 = 0.3;
-/// A placement that puts the middle of the points so near to where the best one puts it (m), turned
-/// by no more than so much (rad), is the same.
+/// A placement is the same as the best one if it puts the middle of the points within this distance
+/// of where the best one puts it (m), and is turned by no more than this (rad).
 const SAME_SHIFT: f64 = 0.3;
 const SAME_TURN: f64 = 0.1;
 
-/// A placement and who supports it.
+/// A placement and the matches that support it.
 struct Placement {
     now_from_before: Pose2,
     matches: Vec<PointMatch>,
@@ -98,7 +98,7 @@ fn placements(
     let (of_before, of_now) = (distances(before), distances(now));
     let mut found = vec![];
     for a in &of_before {
-        // Those now whose distance may be the same.
+        // Distances now that may be the same.
         let most = config.relation_sigmas
             * (a.var + of_now.iter().map(|b| b.var).fold(0.0, f64::max)).sqrt();
         let from = of_now.partition_point(|b| b.length < a.length - most);
@@ -120,14 +120,14 @@ fn placements(
     found
 }
 
-/// How far two points are apart, and the variance of that.
+/// The distance of two points, and its variance.
 struct Distance {
     ends: [usize; 2],
     length: f64,
     var: f64,
 }
 
-/// All that are long enough, by length.
+/// All distances that are long enough, by length.
 fn distances(points: &[PointFeature]) -> Vec<Distance> {
     let pairs = points.iter().enumerate().flat_map(|(i, a)| {
         points
@@ -190,11 +190,11 @@ fn supported(before: &[PointFeature], now: &[PointFeature], pose: Pose2, gate: f
     }
 }
 
-/// A place before and the same now.
+/// A place before, and the same place now.
 type PlacePair = (Point2<f64>, Point2<f64>);
 
 /// The motion with the least sum of squared distances, in closed form (Arun et al. 1987, in the
-/// plane); `None` where all points are one.
+/// plane); `None` if all points coincide.
 fn fitted(pairs: &[PlacePair]) -> Option<Pose2> {
     let n = pairs.len() as f64;
     let sum =

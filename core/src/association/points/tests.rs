@@ -19,7 +19,7 @@ fn point(x: f64, y: f64, sigma: f64, kind: PointKind) -> PointFeature {
     }
 }
 
-/// Points anywhere in a room, some of which both scans have; the truth is the first `common`.
+/// Points anywhere in a room, some of which are in both scans; the truth is the first `common`.
 fn scans(
     seed: u64,
     pose: &Pose2,
@@ -66,7 +66,7 @@ fn relations_find_every_point_again_after_any_move() {
             rng.random_range(-PI..PI),
         );
         let (before, now) = scans(seed, &pose, 9, 4);
-        // What it is told of the motion is of no use.
+        // The given motion is useless.
         let told = PoseEstimate::exact(Pose2::identity());
         for pair in match_points(&before, &now, &told, &with(PointMatching::Relations)) {
             let is_right = pair.before == pair.now && pair.now < 9;
@@ -83,7 +83,7 @@ fn relations_find_every_point_again_after_any_move() {
 
 #[test]
 fn equal_placements_are_no_placement() {
-    // Five equal pillars in a row: shifted by one, four of them fit as well, but five do not.
+    // Five equal pillars in a row: shifted by one, four of them fit too, but five do not.
     let pillar = PointKind::Circle {
         radius: 0.2,
         var_radius: 1e-4,
@@ -97,13 +97,13 @@ fn equal_placements_are_no_placement() {
     let found = |before: &[PointFeature], now: &[PointFeature]| {
         match_points(before, now, &told, &with(PointMatching::Relations)).len()
     };
-    // Straight on or turned round: two placements for all five.
+    // As it is, or turned by half a turn: two placements for all five.
     assert_eq!(found(&row(0, 5), &row(0, 5)), 0);
-    // With something beside the row there is one.
+    // With something beside the row there is only one.
     let beside = [point(1.0, 2.0, 0.01, PointKind::Corner)];
     let asymmetric = [row(0, 5), beside.to_vec()].concat();
     assert_eq!(found(&asymmetric, &asymmetric), 6);
-    // A row of six seen from the one end and from the other: who knows by how much it moved.
+    // A row of six seen from one end and from the other: the shift is unknown.
     assert_eq!(found(&row(0, 5), &row(1, 5)), 0);
     // Too few to be sure.
     assert_eq!(found(&asymmetric[2..5], &asymmetric[2..5]), 0);
@@ -162,7 +162,7 @@ fn distance_counts_what_is_not_known_of_the_motion() {
 }
 
 proptest! {
-    /// The index gives what comparing all pairs gives.
+    /// The index gives the same as comparing all pairs.
     #[test]
     fn mutual_nearest_by_the_grid_are_those_of_all_pairs(seed in 0..500_u64, sigma in 0.01..0.5_f64, gate in 0.5..30.0_f64) {
         let (before, now) = scans(seed, &Pose2::new(0.1, 0.05, 0.02), 8, 8);

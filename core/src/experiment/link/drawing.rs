@@ -1,9 +1,8 @@
 //! A world file as letters of an address, and back.
 //!
 //! The text is packed (RFC 1951, raw deflate) and written in the letters of RFC 4648, section 5,
-//! without padding: what the page's editor shares behind `#world=`, too. It is kept letter for
-//! letter: a world that was read and written again has its headings rounded, and a run in it would
-//! come to another state.
+//! without padding, as the page's editor does for `#world=`. It is kept letter for letter: reading
+//! and rewriting a world rounds its headings, and a run in it would end in another state.
 
 use std::io::Write as _;
 
@@ -14,10 +13,10 @@ use flate2::{Compression, Decompress, FlushDecompress, Status};
 
 use super::LinkError;
 
-/// Longest text of a world in a link, bytes: a building of ten thousand walls. Little can be packed
-/// that is much.
+/// Longest text of a world in a link, bytes: a building of ten thousand walls. A long text may be
+/// packed into a few letters.
 pub(super) const MOST_TEXT: usize = 1_000_000;
-/// Room is made for so many bytes at a time, so that a few letters cannot ask for all of it.
+/// Memory is reserved in steps of this many bytes, so a few letters cannot claim all of it.
 const GROWS: usize = 1 << 16;
 
 pub(super) fn pack(text: &str) -> Result<String, LinkError> {
@@ -48,7 +47,7 @@ pub(super) fn unpack(letters: &str) -> Result<String, LinkError> {
         }
         match status {
             Status::StreamEnd => break,
-            // There was room, and nothing more to fill it with: it was cut.
+            // There was room, and nothing more to fill it with: the link was cut short.
             _ if text.len() < text.capacity() => return Err(LinkError::Damaged),
             Status::Ok | Status::BufError => {}
         }

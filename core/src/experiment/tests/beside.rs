@@ -1,5 +1,4 @@
-//! Sonars beside a lidar: they change nothing of the run, and draw a map that agrees with the
-//! lidar's.
+//! Sonars beside a lidar: they do not change the run, and draw a map that agrees with the lidar's.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -23,8 +22,8 @@ fn driven(sonars_beside: Option<SonarModel>) -> Experiment {
 
 #[test]
 fn sonars_beside_change_no_bit_of_the_run_and_draw_a_map_of_their_own() {
-    // Rough walls: smooth ones throw the sound away at a flat angle, and sonars then take a
-    // twentieth of what they call free for free where the lidar sees a wall.
+    // Rough walls: smooth ones reflect the sound away at a flat angle, and sonars then take a
+    // twentieth of what they call free to be free where the lidar sees a wall.
     let rough = SonarModel {
         specular_angle: FRAC_PI_2,
         ..SonarModel::default()
@@ -38,7 +37,7 @@ fn sonars_beside_change_no_bit_of_the_run_and_draw_a_map_of_their_own() {
     }
     assert!(alone.session().slam().layers().sonar.is_none());
     assert_ne!(alone.state_hash(), both.state_hash());
-    // What the sonars surely know to be free the lidar does not know to be occupied.
+    // What the sonars firmly know to be free, the lidar does not know to be occupied.
     let sonar = layers.sonar.unwrap();
     let (mut free, mut denied) = (0, 0);
     let shown = Layers {
@@ -57,6 +56,6 @@ fn sonars_beside_change_no_bit_of_the_run_and_draw_a_map_of_their_own() {
         }
     }
     assert!(free > 2000, "{free}");
-    // What is left: noise of the range, others' echoes, cells that a wall cuts.
+    // What remains: noise of the range, echoes of others, cells that a wall cuts.
     assert!(denied * 40 < free, "{denied} of {free}");
 }

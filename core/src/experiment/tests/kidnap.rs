@@ -1,4 +1,4 @@
-//! A robot that is carried off: it does not notice by itself, and its method finds out.
+//! A kidnapped robot: it does not notice by itself, but its method does.
 
 use super::*;
 use crate::estimation::Localisation;
@@ -74,7 +74,7 @@ fn both_methods_with_a_map_find_a_kidnapped_robot_while_it_goes_on_exploring() {
             "{name}: {}",
             error(&run)
         );
-        // The map of before is there again, without what was drawn while it was lost.
+        // The earlier map is there again, without what was drawn while the robot was lost.
         assert!(run.session().slam().grid().blocks_since(0).count() >= mapped);
         assert!(run.session().slam().grid_version() >= 2, "{name}");
     }

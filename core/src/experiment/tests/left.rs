@@ -1,4 +1,5 @@
-//! A run that goes on where the robot was left: it is said to stand there only if it does.
+//! A run that continues where the robot was left: it is localised there only if it really stands
+//! there.
 
 use std::sync::Arc;
 
@@ -23,7 +24,7 @@ fn matcher(run: &Experiment) -> &ScanMatcher {
     run.session().slam().view().map.unwrap()
 }
 
-/// The map of a robot that drove so far ahead, stopped there and was left, and where it stands.
+/// The map of a robot that drove this far ahead, stopped there and was left, and where it stands.
 fn left_after(way: f64, world: &World, sensor: SensorKind, seed: u64) -> (Arc<SavedMap>, Pose2) {
     let mut run = mapping(world, sensor, seed);
     let begun = run.sim().truth();
@@ -41,7 +42,7 @@ fn left_after(way: f64, world: &World, sensor: SensorKind, seed: u64) -> (Arc<Sa
     (Arc::new(map), run.sim().truth())
 }
 
-/// How the run goes on of a robot that stands at `place` now, for some seconds.
+/// How the run continues for some seconds, for a robot that now stands at `place`.
 fn goes_on(
     map: &Arc<SavedMap>,
     place: Pose2,
@@ -74,8 +75,8 @@ fn off(run: &Experiment, begin: Pose2) -> f64 {
 
 const WORLDS: [&str; 4] = ["office", "corridor", "warehouse", "lab"];
 
-/// It was taken for standing where it was left, or as near as the match pulls in: the walls along
-/// its way agree wherever it is.
+/// It was taken to stand where it was left, or as near as the match pulls it in: the walls along
+/// its path agree wherever it is.
 #[test]
 fn a_robot_that_was_carried_along_its_way_is_not_said_to_stand_where_it_was_left() {
     for name in WORLDS {

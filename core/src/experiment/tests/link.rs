@@ -1,5 +1,5 @@
-//! Links: what is done again is the same to the bit, what is written is read, and all else is
-//! refused in words.
+//! Links: a repeated run is the same to the bit, what is written can be read, and everything else
+//! is refused in words.
 
 use proptest::prelude::*;
 
@@ -26,7 +26,8 @@ fn begun(link: &Link) -> (Experiment, Settings) {
     (Experiment::new(config).unwrap(), defaults)
 }
 
-/// A person does all that can be done; the link of it, written and read, comes to the same state.
+/// A person does everything that can be done; the link of it, written and read, leads to the same
+/// state.
 #[test]
 fn what_is_done_again_is_the_same_to_the_bit() {
     let mut original = link("doors");
@@ -82,7 +83,7 @@ fn what_is_done_again_is_the_same_to_the_bit() {
     assert_eq!(again.take_followed_settings(), None, "told once");
     assert_eq!(run.take_followed_settings(), None, "who chose them knows");
 
-    // It is the actions that made it so.
+    // It is because of the actions.
     let (mut alone, _) = begun(&read);
     while alone.periods() < until {
         alone.step().unwrap();
@@ -90,8 +91,7 @@ fn what_is_done_again_is_the_same_to_the_bit() {
     assert_ne!(alone.state_hash(), hash);
 }
 
-/// A world of nobody else's, with a heading that its file does not give back to the bit when it is
-/// written anew.
+/// A world of its own, with a heading that does not survive rewriting the file to the bit.
 const DRAWN: &str = r#"{ "slamlab_world": 1, "name": "Büro & Flur", "robot": "rp6",
   "start": { "x": 1.0, "y": 1.0, "heading": 0.7300000000000001 },
   "obstacles": [
@@ -136,7 +136,7 @@ fn a_world_that_somebody_drew_comes_with_the_link_and_to_the_same_state() {
     }
     assert_eq!(again.state_hash(), hash);
 
-    // It is the world that makes it so.
+    // It is because of the world.
     let (mut elsewhere, _) = begun(&drawn(&DRAWN.replace("3.1, 2.2", "3.2, 2.2")));
     elsewhere.follow(read.actions);
     while elsewhere.periods() < until {
@@ -214,7 +214,7 @@ fn a_run_from_its_beginning_comes_to_every_earlier_state_and_goes_other_ways_fro
     let mut again = run.again().unwrap();
     for (period, hash) in hashes.iter().enumerate() {
         assert_eq!(again.state_hash(), *hash, "period {period}");
-        // On the way there it can begin again as well.
+        // On the way there it can be repeated as well.
         if period == 45 {
             let thrice = again.again().unwrap();
             assert!(thrice.has_due() && thrice.state_hash() == hashes[0]);
@@ -225,7 +225,7 @@ fn a_run_from_its_beginning_comes_to_every_earlier_state_and_goes_other_ways_fro
             assert!(forked.state_hash() == *hash && forked.has_due());
             forked.drive(0.1, 0.0);
             assert!(!forked.has_due() && forked.has_forked());
-            // Of what was done, the kidnapping is not.
+            // Of what was done, the kidnapping is left out.
             assert_eq!(forked.actions().unwrap().len(), 2);
         }
         again.step().unwrap();

@@ -1,5 +1,5 @@
-//! A robot with nothing but sonars at smooth walls: the filter knows that it does not know where it
-//! is, and the pilot says so.
+//! A robot with nothing but sonars at smooth walls: the filter knows that it is lost, and the pilot
+//! says so.
 
 use super::*;
 use crate::geom::Length;
@@ -19,7 +19,7 @@ fn a_sonar_alone_ends_as_lost() {
     let Status::Failed(Failure::Lost { sigma, .. }) = *said else {
         panic!("{said}");
     };
-    // It is as wrong as it says, by the truth that only the simulation knows.
+    // Its error is as large as it says, by the truth that only the simulation knows.
     let truth = run.truth();
     let off = (run.session().estimate().pose.position() - truth.position()).length();
     assert!(off < 3.0 * sigma, "{off} m off by σ = {sigma} m");

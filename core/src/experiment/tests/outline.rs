@@ -1,4 +1,4 @@
-//! A long robot goes where the disc around it does not pass, and touches nothing.
+//! A long robot drives where the disc around it does not fit, and touches nothing.
 
 use super::*;
 use crate::pilot::{Failure, Finish};

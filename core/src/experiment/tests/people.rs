@@ -4,8 +4,8 @@ use super::*;
 use crate::geom::Pose2;
 use crate::sim::{Mover, World};
 
-/// A hall of 6 by 4 m in which somebody walks to and fro across the way of a robot that goes from
-/// one end to the other.
+/// A hall of 6 by 4 m in which somebody walks to and fro across the path of a robot that drives
+/// from one end to the other.
 #[test]
 fn a_robot_with_rangers_does_not_drive_into_who_crosses_its_way() {
     let hall = [(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (0.0, 4.0)];

@@ -1,5 +1,5 @@
-//! What is counted of finding again in a run is of what the filter's own report says, scan by scan;
-//! and it is mostly right in a plain world.
+//! The counts of finding again agree with the filter's own report, scan by scan; and most are right
+//! in a plain world.
 
 use super::*;
 use crate::estimation::LandmarkKinds;
@@ -19,8 +19,8 @@ fn exploring(world: &str, landmarks: LandmarkKinds, method: crate::slam::Method)
 fn counts_are_those_of_the_report_and_mostly_right() {
     for (landmarks, has_points) in [(LandmarkKinds::Lines, false), (LandmarkKinds::Both, true)] {
         let mut run = exploring("arena", landmarks, crate::slam::Method::LineEkf);
-        // By brute force: how many were seen, and of how many the nearest candidate that is no
-        // other part of a wall lies within the gate.
+        // By brute force: how many were seen, and for how many the nearest candidate that is not
+        // another part of a wall lies within the gate.
         let gate = nearest_gate(&run);
         let (mut seen, mut found, mut points) = (0, 0, 0);
         for _ in 0..400 {
@@ -40,7 +40,7 @@ fn counts_are_those_of_the_report_and_mostly_right() {
         }
         let counts = run.refinding().points().iter().find(|p| p.0 == gate);
         let counts = counts.unwrap().1;
-        // Of nearly all of them the world tells what they are of.
+        // For nearly all of them, the world knows what they show.
         let within = |part: usize, whole: usize| part <= whole && 10 * part >= 8 * whole;
         let judged = counts.with_partner + counts.without;
         assert!(within(judged, seen), "{judged} of {seen}");

@@ -1,5 +1,5 @@
-//! Estimate and truth are of the same instant, also between two scans of a robot that turns; what
-//! is between them is slip.
+//! Estimate and truth are of the same instant, even between two scans of a turning robot; their
+//! difference is slip.
 
 use super::super::*;
 use crate::geom::wrap;
@@ -9,11 +9,11 @@ use crate::sim::{SensorKind, worlds};
 /// Turn rate of the tests, rad/s: in one control period 2.9°, between two scans 11°.
 const RATE: f64 = 1.0;
 
-/// Of a robot that turns on the spot: the heading's error, rad, after each period; and that before
-/// each scan, over its standard deviation.
+/// For a robot that turns on the spot: the error of the heading, rad, after each period; and the
+/// error before each scan, divided by its standard deviation.
 fn heading_errors(robot: RobotModel, rate: f64) -> (Vec<f64>, Vec<f64>) {
     let world = worlds::builtin("office").unwrap();
-    // What the filter knows of the odometry is what it knows of the true RP6.
+    // What the filter assumes about the odometry is true of the RP6.
     let noise = TrackNoise::Proportional(world.robot.model().odometry_noise);
     let calibration = OdometryCalibration {
         noise: Some(noise),
@@ -60,8 +60,8 @@ fn without_slip_a_turning_robot_knows_its_heading_at_every_instant() {
     for rate in [RATE, -RATE] {
         let (errors, _) = heading_errors(robot, rate);
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
-        // An estimate of 1 ms ago would be off by as much on the average, one of the last period by
-        // fifty times that.
+        // An estimate that is 1 ms old would be off by as much on average, one that is a period old
+        // by fifty times that.
         assert!(mean.abs() < 0.001 * RATE, "{}°", mean.to_degrees());
         let worst = errors.iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
         assert!(worst < 0.02 * RATE, "{}°", worst.to_degrees());
@@ -75,11 +75,11 @@ fn what_slip_makes_of_the_heading_between_scans_is_what_the_filter_claims() {
         let (errors, ratios) = heading_errors(rp6, rate);
         let n = ratios.len() as f64;
         let mean = ratios.iter().map(|ratio| ratio * ratio).sum::<f64>() / n;
-        // Slip after one scan knows nothing of that after another: χ² with n degrees of freedom,
+        // Slip after one scan is independent of slip after another: χ² with n degrees of freedom,
         // mean 1, variance 2/n.
         let band = 3.3 * (2.0 / n).sqrt();
         assert!(n > 200.0 && (mean - 1.0).abs() < band, "{mean} of {n}");
-        // What the page shows as 2.2° now and then.
+        // What the page occasionally shows as 2.2°.
         assert!(
             errors.iter().any(|error| error.abs() > 0.03),
             "it does not slip"

@@ -1,11 +1,11 @@
 //! In: points near a circle. Out: the circle through them, with covariance.
 //!
-//! 1. Weighted least squares of dᵢ = |pᵢ - c| - R by Gauss and Newton, w = 1 / (σᵢ² max(cos²βᵢ,
-//!    ¼)), β the angle between beam and radius. Noise runs along the beam, so it moves a point off
-//!    the circle by cos β of it; where a beam grazes the circle that is nothing to first order, but
-//!    what is left is not known, so such points count no more than four times.
+//! 1. Weighted least squares of dᵢ = |pᵢ - c| - R by Gauss-Newton, w = 1 / (σᵢ² max(cos²βᵢ, ¼)), β
+//!    the angle between beam and radius. Noise acts along the beam, so it moves a point off the
+//!    circle by cos β of it. Where a beam grazes the circle that is zero to first order, but the
+//!    remainder is unknown, so the weight of such points is at most four times as large.
 //! 2. These weights are not the inverse variances, so the covariance is (JᵀWJ)⁻¹ (JᵀW V W J)
-//!    (JᵀWJ)⁻¹ with the variances V that the beams have across the circle.
+//!    (JᵀWJ)⁻¹ with the variances V of the beams across the circle.
 //!
 //! Source: Gander, Golub & Strebel (1994), "Least-squares fitting of circles and ellipses" (the
 //! geometric fit); the covariance as for any estimate by given weights.
@@ -17,7 +17,7 @@ use crate::features::columns::Columns;
 use crate::features::moments::Moments;
 use crate::geom::Length;
 
-/// A circle and how well it is known.
+/// A circle and its uncertainty.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CircleFit {
     pub(super) circle: Circle,
@@ -28,13 +28,13 @@ pub(super) struct CircleFit {
 }
 
 const MOST_STEPS: usize = 30;
-/// A step of less ends the search, m.
+/// A step shorter than this ends the search, m.
 const SMALL_STEP: f64 = 1e-9;
-/// Least square of cos β, for weights and for χ².
+/// Smallest cos² β, for weights and for χ².
 const LEAST_COS2: f64 = 0.25;
 
-/// The circle through `points`, from a guess; `None` where there is none: too few, in a row, or the
-/// search runs away.
+/// The circle through `points`, from a guess; `None` if there is none: too few points, points in a
+/// row, or a search that diverges.
 pub(super) fn fit(columns: &Columns, points: &[usize], guess: Circle) -> Option<CircleFit> {
     let mut circle = guess;
     for _ in 0..MOST_STEPS {
@@ -58,7 +58,7 @@ pub(super) fn fit(columns: &Columns, points: &[usize], guess: Circle) -> Option<
 }
 
 impl CircleFit {
-    /// Whether a point is on the circle within n σ of its range and of the circle at its place.
+    /// Whether a point is on the circle, within n σ of its range and of the circle at that place.
     pub(super) fn has(&self, columns: &Columns, index: usize, sigmas: f64) -> bool {
         off(columns, index, &self.circle).is_some_and(|(out, d)| {
             let j = jacobian(&out);
@@ -68,7 +68,7 @@ impl CircleFit {
     }
 }
 
-/// The direction from the middle to a point, and how far the point is outside of the circle, m.
+/// The direction from the centre to a point, and how far the point is outside of the circle, m.
 fn off(columns: &Columns, index: usize, circle: &Circle) -> Option<(Vector2<f64>, f64)> {
     let out = columns.point(index) - circle.middle;
     let length = out.length();
@@ -86,8 +86,8 @@ fn weight(columns: &Columns, index: usize, out: &Vector2<f64>) -> f64 {
         .max(LEAST_COS2 * columns.variance_along(index))
 }
 
-/// χ² of the same points as two lines, the one through those up to the best border, the other
-/// through the rest; counted as that of the circle.
+/// χ² of the same points as two lines, one through the points before the best border, the other
+/// through the rest; counted like that of the circle.
 pub(super) fn chi2_of_bend(columns: &Columns, points: &[usize]) -> f64 {
     let line = |points: &[usize]| {
         let sum = points.iter().fold(Moments::default(), |sum, &index| {

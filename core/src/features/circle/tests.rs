@@ -30,7 +30,7 @@ fn find(points: &Points) -> Vec<PointFeature> {
     find_points(points, &[], &LineConfig::default(), &config).unwrap()
 }
 
-/// 720 beams in a room of 8 m with round things: (middle, radius).
+/// 720 beams in a room of 8 m with round things: (centre, radius).
 fn look(
     round: &[(Point2<f64>, f64)],
     walls: &[Segment],
@@ -71,7 +71,7 @@ fn polygon(corners: &[(f64, f64)]) -> Vec<Segment> {
 
 #[test]
 fn pillars_are_found_where_they_are_and_as_well_as_they_say() {
-    // A thin post is ten to twenty points, by which half of them might be the edge of a box.
+    // A thin post has ten to twenty points; half of those might be the edge of a box.
     for (radius, least) in [(0.08, 0.4), (0.2, 0.95), (0.4, 0.95)] {
         let (mut sum, mut radii, mut count) = (0.0, 0.0, 0.0);
         for seed in 0..300 {
@@ -231,7 +231,7 @@ fn fit_of_exact_points_is_exact_and_its_covariance_that_of_drawn_noise() {
         );
         scatter += e * e.transpose() / f64::from(n);
     }
-    // As large along every direction, to the noise of 3000 draws and what is not linear.
+    // Equally large in every direction, to within the noise of 3000 draws and nonlinearity.
     let ratio = exact.cov.cholesky().unwrap().inverse() * scatter;
     assert!((ratio.trace() / 3.0 - 1.0).abs() < 0.1, "{ratio}");
 }

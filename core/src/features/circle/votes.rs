@@ -1,4 +1,4 @@
-//! Votes for middles of circles, a layer for each radius.
+//! Votes for centres of circles, in one layer for each radius.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -9,9 +9,9 @@ use super::{Circle, CircleConfig};
 use crate::features::columns::Columns;
 use crate::geom::unit_vector;
 
-/// Cells of a layer at most; where the run is wider, they are larger.
+/// Most cells of a layer; if the run is wider, cells are larger.
 const MOST_CELLS: f64 = 65_536.0;
-/// Layers at most.
+/// Most layers.
 const MOST_LAYERS: f64 = 256.0;
 
 /// The accumulator of one run.
@@ -29,12 +29,14 @@ pub(super) struct Votes {
 #[derive(Clone, Debug)]
 struct Layer {
     radius: f64,
-    /// The half circle ahead of a beam along the x axis, a step at least for each cell, m.
+    /// The half circle ahead of a beam along the x axis, in steps of at most a cell, m.
     arc: Vec<Vector2<f64>>,
     votes: Vec<u32>,
-    /// As many votes as beams would hit something of this width and a cell more.
+    /// The votes to expect: the number of beams that would hit something of this width plus one
+    /// cell.
     expected: f64,
-    /// The first of the cells with most votes, and these; `None` once votes have changed.
+    /// The first of the cells with the most votes, and their number; `None` once votes have
+    /// changed.
     most: Option<(usize, u32)>,
 }
 
@@ -101,7 +103,7 @@ impl Votes {
         }
     }
 
-    /// A point votes once for each cell that its arc of middles enters: those behind it, on either
+    /// A point votes once for each cell that its arc of centres enters: those behind it, on either
     /// side of its beam.
     fn vote(&mut self, columns: &Columns, index: usize, count: fn(u32, u32) -> u32) {
         let (p, ahead) = (columns.point(index), columns.direction(index));
@@ -127,7 +129,7 @@ impl Votes {
     }
 
     /// The circle for which the greatest part of its points voted, and where its votes are; of
-    /// equal ones the first.
+    /// equal ones, the first.
     pub(super) fn highest(&mut self, few: usize) -> Option<([usize; 2], Circle)> {
         let mut best = (0.0, None);
         for (place, layer) in self.layers.iter_mut().enumerate() {
@@ -144,7 +146,7 @@ impl Votes {
         Some(([place, cell], Circle { middle, radius }))
     }
 
-    /// Nothing came of these votes.
+    /// Clears votes that led to nothing.
     pub(super) fn clear(&mut self, [place, cell]: [usize; 2]) {
         let Some(layer) = self.layers.get_mut(place) else {
             return;
@@ -158,7 +160,7 @@ impl Votes {
         self.free.get(place).is_some_and(|free| *free)
     }
 
-    /// The points of a circle vote no longer.
+    /// Removes the votes of a circle's points.
     pub(super) fn take_back(&mut self, columns: &Columns, run: &Range<usize>, taken: Range<usize>) {
         for index in taken {
             let free = self.free.get_mut(index - run.start);
@@ -169,7 +171,7 @@ impl Votes {
     }
 }
 
-/// How far apart neighbouring beams are across themselves at the range of the run, m.
+/// Distance between adjacent beams, across them, at the range of the run, m.
 fn spacing(columns: &Columns, run: &Range<usize>) -> f64 {
     let (first, last) = (run.start, run.end - 1);
     let direction = columns.direction(first);
@@ -240,7 +242,7 @@ mod tests {
                 assert!(to.dot(&columns.direction(4)) >= -half_diagonal);
             }
         }
-        // Taken back, all votes are those of the others.
+        // After taking back, all votes are those of the others.
         votes.take_back(&columns, &(0..15), 0..15);
         assert!(
             votes

@@ -14,7 +14,7 @@ fn beams(n: usize) -> Vec<Beam> {
     (0..n).map(beam).collect()
 }
 
-/// Beams on a wall with 2 cm of noise, seen from off the robot's middle; and some of them to be
+/// Beams on a wall with 2 cm of noise, seen from beside the robot's middle; and some of them to be
 /// skipped.
 pub(in crate::features) fn wall_in_noise() -> impl Strategy<Value = (Vec<Beam>, Vec<usize>)> {
     let noise = prop::collection::vec((-0.02..0.02_f64, 0.005..0.05_f64), 8..40);

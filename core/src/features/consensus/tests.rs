@@ -78,7 +78,7 @@ fn refinement_grows_from_a_few_points_to_the_whole_wall_and_no_further() {
     assert!(!columns.is_kept(12) && columns.kept(piece.range()).count() == 29);
     let (normal, r) = piece.moments.line();
     assert!((normal.x.abs() - 1.0).abs() < 1e-12 && (r.abs() - 2.0).abs() < 1e-12);
-    // What is taken already stays out.
+    // Points that are already taken stay out.
     let found = refined(&columns, &(0..40), (3.0, 5), |i| i < 20, guess).unwrap();
     assert_eq!(found.stretch.range, 0..20);
     assert!(refined(&columns, &(0..40), (3.0, 31), |_| true, guess).is_none());

@@ -48,7 +48,7 @@ fn find(points: &Points, config: CornerConfig) -> Vec<PointFeature> {
     find_points(points, &[], &LineConfig::default(), &only_corners(config)).unwrap()
 }
 
-/// A room with a box in it that sticks into it: four corners seen from inside, one from outside.
+/// A room with a box protruding into it: four corners seen from inside, one from outside.
 const ROOM: [(f64, f64); 6] = [
     (-2.0, -1.5),
     (2.2, -1.5),
@@ -58,7 +58,7 @@ const ROOM: [(f64, f64); 6] = [
     (-2.0, 1.6),
 ];
 
-/// Mean NEES, corners a scan, and the share of those that are none.
+/// Mean NEES, corners per scan, and the share of false ones.
 fn trial(sigma: f64, config: CornerConfig, scans: u64) -> (f64, f64, f64) {
     let walls = polygon(&ROOM);
     let (mut sum, mut right, mut wrong) = (0.0, 0.0, 0.0);
@@ -114,17 +114,17 @@ fn corners_are_found_where_they_are_and_as_well_as_they_say() {
 
 #[test]
 fn without_noise_every_angle_within_the_limits_is_a_corner_and_no_other() {
-    // At a limit itself, either is right.
+    // At a limit itself, either answer is right.
     for degrees in (20..170).filter(|degrees| ![40, 143].contains(degrees)) {
         let angle = f64::from(degrees).to_radians();
-        // Seen from inside of the bend, both legs alike.
+        // Seen from inside the bend, both legs alike.
         let leg = |side: f64| Point2::new(2.0, 0.0) + unit_vector(PI + side * 0.5 * angle) * 1.6;
         let walls = [
             Segment::new(leg(1.0), Point2::new(2.0, 0.0)),
             Segment::new(Point2::new(2.0, 0.0), leg(-1.0)),
         ];
         let mut rng = ChaCha8Rng::seed_from_u64(0);
-        // Legs that are seen at a flat angle have their points far apart.
+        // Points of legs that are seen at a flat angle are far apart.
         let config = CornerConfig {
             max_stretch: 20.0,
             ..CornerConfig::default()
@@ -135,7 +135,7 @@ fn without_noise_every_angle_within_the_limits_is_a_corner_and_no_other() {
         let is_within = (40..143).contains(&degrees);
         assert_eq!(found.len(), usize::from(is_within), "{degrees}°: {found:?}");
         if let Some(corner) = found.first() {
-            // The fit takes off the scatter that the noise is said to make, and here is none.
+            // The fit subtracts the scatter expected from noise, but here there is none.
             let off = (corner.position - Point2::new(2.0, 0.0)).length();
             assert!(off < 1e-3, "{degrees}°: {off}");
         }
@@ -237,7 +237,7 @@ fn sigma_of_an_angle_is_that_of_drawn_noise() {
     let n = 5000;
     let mut sum = 0.0;
     for _ in 0..n {
-        // σ is 1 cm along the beam, as the fixture says.
+        // σ is 1 cm along the beam, as in the fixture.
         let moved = ends.map(|p| p + p.coords / p.coords.length() * (0.01 * normal(&mut rng)));
         let off = angle(&moved).0 - mean;
         sum += off * off;

@@ -96,7 +96,7 @@ fn only_near_walls_that_cross_clearly_have_a_corner() {
     assert_eq!(corner.len(), 1);
     assert!((corner[0].position - Point2::new(2.0, 1.0)).length() < 1e-12);
     assert!(corner[0].confidence > 0.999 && corner[0].beams == [0, 19]);
-    // The wall ends 40 cm before; a door, not a corner.
+    // The wall ends 40 cm earlier; a door, not a corner.
     assert!(found(x(0.6), y).is_empty());
     // Nearly parallel, and parallel.
     assert!(found(x(0.9), feature(Line::new(0.3, 2.2), -1.0, 1.0, 10)).is_empty());

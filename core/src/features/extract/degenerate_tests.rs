@@ -1,4 +1,4 @@
-//! Input through which no line goes, and damaged input.
+//! Input that no line fits, and damaged input.
 
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
@@ -45,8 +45,8 @@ fn only_points_with_a_direction_that_beams_do_not_run_along_have_a_line() {
     assert_eq!(fit_line(&vec![beam(0, 1.0, 1.0); 12], 0.0), None);
     let to_sensor: Vec<_> = (1..12).map(|i| beam(i, 0.3 * i as f64, 0.0)).collect();
     assert_eq!(fit_line(&to_sensor, 0.0), None);
-    // Bearings that are known to be uncertain make it a line again, with the distance as unsure as
-    // they are.
+    // If bearings are known to be uncertain, it is a line again, with an equally uncertain
+    // distance.
     let unsure = fit_line(&to_sensor, 0.01).unwrap();
     assert!(unsure.cov.cholesky().is_some());
     assert_eq!(fit_line(&[], 0.0), None);

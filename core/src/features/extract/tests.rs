@@ -36,7 +36,7 @@ fn polygon(points: &[(f64, f64)]) -> Vec<Segment> {
         .collect()
 }
 
-/// Rooms with corners that stick in, a recess, a slanted wall and boxes.
+/// Rooms with protruding corners, a recess, a slanted wall and boxes.
 fn flat() -> Vec<Segment> {
     let mut walls = polygon(&[
         (-3.0, -2.0),
@@ -114,7 +114,7 @@ fn box_room_has_four_walls_with_their_corners() {
     assert!(refused <= 8, "{refused} of 80 walls refused");
 }
 
-/// The rules that know of noise.
+/// The rules that know the noise.
 fn by_noise() -> [(&'static str, LineConfig); 3] {
     let [noise_aware, _, _, ransac, hough] = SplitRule::all();
     [noise_aware, ransac, hough].map(|(name, split, _)| {
@@ -144,7 +144,7 @@ fn check_flat(name: &str, config: LineConfig) {
             rng.random_range(-3.1..3.1),
         );
         let points = look(&walls, &robot, 360, &mut rng);
-        // Not inside of a wall.
+        // Not inside a wall.
         if points.hits().any(|b| b.range < 0.2) {
             continue;
         }

@@ -38,7 +38,7 @@ fn each_kind_is_found_where_it_is_asked_for() {
         ]
     };
     let all = PointFeatureConfig::default();
-    // Three corners and crossings, for the pillar hides the fourth; its edges; the pillar.
+    // Three corners and crossings, because the pillar hides the fourth; its edges; the pillar.
     assert_eq!(kinds(all), [3, 2, 3, 1]);
     let mut one = all;
     one.corners.is_on = false;

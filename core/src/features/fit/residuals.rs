@@ -1,13 +1,13 @@
-//! In: the points of a line and its frame. Out: how far they lie from it, in what is known of their
+//! In: the points of a line and its frame. Out: how far they lie from it, relative to their known
 //! noise.
 //!
 //! 1. χ² = Σ d²/σ_d².
-//! 2. The bend: the part of s² that no line takes up, s the place along the line, as a share of the
+//! 2. The bend: the part of s² that no line explains, s the place along the line, as a share of the
 //!    residuals.
 //!
-//! `residuals` is the plain form, to which the tests hold [`ResidualSums`]: four points at a time,
-//! and the bend from sums of powers of s alone, so that the points are passed over once. It trades
-//! digits: the sums of s⁴ cancel.
+//! `residuals` is the plain form, and the tests compare [`ResidualSums`] with it: four points at a
+//! time, with the bend computed from sums of powers of s alone, so one pass over the points is
+//! enough. It loses digits, because the sums of s⁴ cancel.
 
 use std::ops::Range;
 
@@ -19,7 +19,8 @@ use crate::features::columns::Columns;
 use crate::features::columns::Sample;
 use crate::lanes::{Kernel, Lanes, run, total};
 
-/// χ² = Σ n²/σ_n², and |Σ g q n| / √(Σ g q²) with g = 1/σ_n² and q what least squares leave of s².
+/// χ² = Σ n²/σ_n², and |Σ g q n| / √(Σ g q²) with g = 1/σ_n² and q the residual of s² by least
+/// squares.
 #[cfg(test)]
 fn residuals(points: &[Sample], var_surface: f64, frame: &Frame, along: &Along) -> Residuals {
     use nalgebra::{Matrix2, Vector2};
@@ -33,7 +34,7 @@ fn residuals(points: &[Sample], var_surface: f64, frame: &Frame, along: &Along) 
         (g, n - frame.line.r(), s)
     });
     let rows: Vec<_> = rows.collect();
-    // The line a + b s that comes nearest to s².
+    // The line a + b s nearest to s².
     let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
     for (g, _, s) in &rows {
         let row = Vector2::new(1.0, *s);
@@ -56,12 +57,12 @@ fn residuals(points: &[Sample], var_surface: f64, frame: &Frame, along: &Along) 
 /// The points' distances from a line.
 pub(in super::super) struct Residuals {
     pub(in super::super) chi2: f64,
-    /// The quadratic term along the line, in standard deviations; 0 where it was not asked for.
+    /// The quadratic term along the line, in standard deviations; 0 if it was not asked for.
     pub(in super::super) bend: f64,
 }
 
 impl Residuals {
-    /// `range`: from the first point of the line to behind the last.
+    /// `range`: from the first point of the line to one past the last.
     pub(super) fn of(
         columns: &Columns,
         range: Range<usize>,
@@ -83,7 +84,7 @@ impl Residuals {
     }
 }
 
-/// Where a point lies along the line, as -1 at the first point and 1 at the last.
+/// A point's place along the line: -1 at the first point, 1 at the last.
 struct Along {
     middle: f64,
     per_half: f64,
@@ -99,7 +100,7 @@ impl Along {
     }
 }
 
-/// What [`Residuals`] adds up.
+/// The sums behind [`Residuals`].
 struct ResidualSums<'a> {
     columns: &'a Columns,
     range: &'a Range<usize>,
@@ -124,7 +125,7 @@ impl Kernel for ResidualSums<'_> {
         let r = splat(self.frame.line.r());
         let middle = splat(self.frame.mean_t + self.along.middle);
         let per_half = splat(self.along.per_half);
-        // Where nothing at all is uncertain a distance is infinitely many sigmas, not NaN.
+        // If nothing is uncertain, a distance is infinitely many sigmas, not NaN.
         let surface = splat(self.columns.var_surface() + f64::MIN_POSITIVE);
         let zero = splat(0.0);
         let mut chi2 = zero;
@@ -166,7 +167,7 @@ impl Kernel for ResidualSums<'_> {
     }
 }
 
-/// How bent the points are: the part of s² that no line can take up, q = s² - a - b s by least
+/// How bent the points are: the part of s² that no line explains, q = s² - a - b s by least
 /// squares, so that Σ g q = Σ g q s = 0, against the residuals.
 struct Bend {
     /// Σ g sᵏ for k = 0 to 4.

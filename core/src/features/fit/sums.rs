@@ -1,9 +1,9 @@
 //! The sums behind a fitted line: steps 1, 2 and 4 of [`super`].
 //!
 //! `scatter` and `line_sums` are the plain forms, point by point as the equations stand; the tests
-//! hold the others to them. [`ScatterSums`] and [`LineSums`] are what runs: four points at a time,
-//! added up lane by lane. They trade the order of the additions, which changes the last digits, and
-//! skip the bearings' terms where bearings are exact.
+//! compare the others with them. [`ScatterSums`] and [`LineSums`] are what runs: four points at a
+//! time, added up lane by lane. The changed order of additions alters the last digits, and the
+//! terms of the bearings are skipped if bearings are exact.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ use crate::geom::Line;
 use crate::lanes::{Kernel, Lanes, run, total};
 
 /// Step 2: Σ wᵢ dᵢ dᵢᵀ - Σ wᵢ (1 - wᵢ/W) Rᵢ, with d from the weighted mean, and R the covariance of
-/// a point's place.
+/// a point's position.
 #[cfg(test)]
 fn scatter(points: &[Sample]) -> Matrix2<f64> {
     let total: f64 = points.iter().map(|p| p.weight).sum();
@@ -35,14 +35,14 @@ fn scatter(points: &[Sample]) -> Matrix2<f64> {
     points.iter().map(of_point).sum()
 }
 
-/// Step 4: A, B and C, and what a turn of the robot does to α and to n.
+/// Step 4: A, B and C, and the effect of a turn of the robot on α and on n.
 #[cfg(test)]
 fn line_sums(points: &[Sample], frame: &Frame, faded: &Faded) -> Sums {
     use crate::features::columns::square;
 
     let (mut sums, zero) = (Sums::default(), 0.0_f64);
     for p in points {
-        // Seen from the robot, and from the middle of the wall.
+        // From the robot, and from the middle of the wall.
         let (robot_n, robot_t) = (frame.normal.dot(&p.end), frame.tangent.dot(&p.end));
         let (n, t) = (robot_n - frame.line.r(), robot_t - frame.mean_t);
         let (un, ut) = (frame.normal.dot(&p.along), frame.tangent.dot(&p.along));
@@ -96,7 +96,7 @@ impl Scatter {
         }
     }
 
-    /// `None` where no direction stands out.
+    /// `None` if no direction stands out.
     pub(super) fn frame(&self) -> Option<Frame> {
         let (double, cross) = (self.yy - self.xx, -2.0 * self.xy);
         // The greater eigenvalue of the scatter: the line runs along it.
@@ -104,8 +104,8 @@ impl Scatter {
         let both = self.xx + self.yy;
         let along = 0.5 * (both + spread);
         // A spread along the line of a few standard deviations of one point is no direction. Nor is
-        // one that only stands out because the noise that was taken off has left less than nothing
-        // across it.
+        // one that only stands out because subtracting the noise has left a negative spread across
+        // it.
         if !(along > 4.0 && spread > 4.0 && spread.is_finite()) {
             return None;
         }
@@ -123,7 +123,7 @@ impl Scatter {
     }
 }
 
-/// What [`Scatter`] adds up.
+/// The sums behind [`Scatter`].
 struct ScatterSums<'a> {
     columns: &'a Columns,
     range: &'a Range<usize>,
@@ -150,7 +150,7 @@ impl Kernel for ScatterSums<'_> {
             let (dx, dy) = (b.x - mx, b.y - my);
             let weight = b.weight * b.keep;
             let (wx, wy) = (weight * dx, weight * dy);
-            // What the noise adds: `along` on the beam, since w σ² = 1, and `across` it.
+            // The noise's contribution: `along` the beam, where w σ² = 1, and `across` it.
             let along = b.keep - weight * per_total;
             let (ux, uy) = (along * b.ux, along * b.uy);
             count += b.keep;
@@ -180,7 +180,7 @@ pub(super) struct Frame {
     pub(super) mean_t: f64,
 }
 
-/// How an error of the heading at the first beam, or at the last, fades to none at the middle one.
+/// How an error of the heading at the first beam, or at the last, fades to zero at the middle one.
 pub(super) struct Faded {
     middle: f64,
     per_half: f64,
@@ -202,7 +202,7 @@ pub(super) struct Sums {
     a: f64,
     b: f64,
     c: f64,
-    /// What a turn does to α and to n, before and after the middle.
+    /// The effect of a turn on α and on n, before and after the middle.
     turn_alpha: [f64; 2],
     turn_n: [f64; 2],
 }
@@ -217,7 +217,7 @@ impl Sums {
         })
     }
 
-    /// Covariance of (α, r); `None` where the distance is not measured.
+    /// Covariance of (α, r); `None` if the beams do not measure the distance.
     pub(super) fn covariance(&self, scatter: &Scatter, frame: &Frame) -> Option<Matrix2<f64>> {
         let (spread, w, mean_t) = (frame.spread, scatter.w, frame.mean_t);
         let aa = self.a / (spread * spread);
@@ -230,7 +230,7 @@ impl Sums {
         (is_seen && rr.is_finite() && aa * rr - ar * ar > 0.0).then(|| Matrix2::new(aa, ar, ar, rr))
     }
 
-    /// Change of (α, r) by a heading that was off by 1 rad at the first beam, and at the last.
+    /// Change of (α, r) if the heading was off by 1 rad at the first beam, and at the last.
     pub(super) fn by_heading(&self, scatter: &Scatter, frame: &Frame) -> [Vector2<f64>; 2] {
         [0, 1].map(|side| {
             let by_alpha = -self.turn_alpha[side] / frame.spread;
@@ -242,7 +242,7 @@ impl Sums {
     }
 }
 
-/// What [`Sums`] adds up.
+/// The sums behind [`Sums`].
 struct LineSums<'a> {
     columns: &'a Columns,
     range: &'a Range<usize>,
@@ -274,7 +274,7 @@ impl Kernel for LineSums<'_> {
         for block in 0..blocks.len() {
             let p = blocks.at(machine, block);
             let weight = p.weight * p.keep;
-            // From the robot, and from the line.
+            // Relative to the robot, and relative to the line.
             let (robot_n, robot_t) = (nx * p.x + ny * p.y, tx * p.x + ty * p.y);
             let (n, t) = (robot_n - r, robot_t - mean_t);
             let (un, ut) = (nx * p.ux + ny * p.uy, tx * p.ux + ty * p.uy);
@@ -290,8 +290,8 @@ impl Kernel for LineSums<'_> {
                 b -= w_bearing * by_bearing * ut;
                 c += w_bearing * ut * ut;
             }
-            // A turn about the robot moves the point by its distance, at right angles: by -t across
-            // the line and n along it.
+            // A turn about the robot moves the point by its distance, perpendicular to it: by -t
+            // across the line and n along it.
             let w_alpha = weight * (n * robot_n - t * robot_t);
             let w_n = weight * robot_t;
             let from_middle = (p.number - middle) * per_half;

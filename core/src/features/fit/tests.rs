@@ -99,7 +99,7 @@ fn monte_carlo(
         let beams: Vec<_> = truth
             .iter()
             .map(|&(b, d)| {
-                // What the sensor says is (b, d + noise); the true bearing differs.
+                // The sensor reports (b, d + noise); the true bearing differs.
                 let range = d + sigma * normal(&mut rng);
                 beam(b + bearing_sigma * normal(&mut rng), range, sigma)
             })
@@ -144,7 +144,7 @@ proptest! {
     fn covariance_is_that_of_numeric_derivatives(
         alpha in -PI..PI, r in 0.3..5.0_f64, from in -3.0..-0.2_f64, to in 0.2..3.0_f64, seed in 0..1000_u64,
     ) {
-        // Small noise, so that the scatter it adds is a constant to the derivative.
+        // Small noise, so that the scatter it adds is constant for the derivative.
         let (bearing_sigma, h) = (2e-6, 1e-7);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let polar: Vec<(f64, f64, f64)> = wall(alpha, r, from, to, 9)

@@ -32,7 +32,8 @@ fn a_cell_has_the_votes_of_the_points_in_its_strip() {
     );
     for cell in 0..room.votes.len() {
         let (normal, r) = room.line(cell);
-        // Within half a cell of the line in its middle; ends of cells are left to rounding.
+        // Within half a cell of the line in the cell's middle; the ends of cells are left to
+        // rounding.
         let within = |slack: f64| {
             let is_in =
                 |p: &&Point2<f64>| (normal.dot(&p.coords) - r).abs() <= 0.5 * room.r_step + slack;
@@ -55,7 +56,7 @@ fn votes_taken_back_leave_what_the_others_gave() {
     let mut room = Accumulator::default();
     room.begin(&config, &columns, &run);
     room.take_back(&columns, &run, 10..30);
-    // Taken back once, however often.
+    // Votes are taken back once, however often it is called.
     room.take_back(&columns, &run, 20..30);
     let mut alone = room.clone();
     alone.votes.fill(0);

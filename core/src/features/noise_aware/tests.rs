@@ -51,7 +51,7 @@ fn split_rate_of_a_true_wall_falls_with_k_as_stated() {
 
 #[test]
 fn short_cut_of_the_test_changes_no_verdict() {
-    // Bent by a little more and more: the sum as written decides each.
+    // Bent by more and more: the sum as written decides each case.
     let rule = NoiseAware::default();
     let mut verdicts = [0; 2];
     for seed in 0..400 {

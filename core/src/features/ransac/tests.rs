@@ -41,7 +41,7 @@ fn scattered(seed: u64, n: usize, share: f64) -> (Columns, usize) {
 
 #[test]
 fn wall_is_found_as_often_as_the_confidence_says() {
-    // The number of samples is a promise: it fails in 1 - p of the cases, not more.
+    // The number of samples is a promise: it fails in at most 1 - p of the cases.
     let mut found = 0;
     for seed in 0..400 {
         let (columns, n_wall) = scattered(seed, 100, 0.3);

@@ -71,16 +71,16 @@ fn both_edges_of_something_wide_are_spikes_by_jumps() {
 fn what_does_not_stand_out_is_no_spike() {
     for form in FORMS {
         assert!(find(&scan(|_| 2.0), form).is_empty());
-        // A wall that runs away from the robot at 45°.
+        // A wall that recedes from the robot at 45°.
         assert!(find(&scan(|i| 2.0 + 0.02 * i.min(360 - i) as f64), form).is_empty());
         // A jump of less than the threshold.
         let low = scan(|i| if i == 50 { 2.8 } else { 3.0 });
         assert!(find(&low, form).is_empty());
-        // A hole is no spike in itself: its edges are.
+        // A hole itself is no spike: its edges are.
         let hole = scan(|i| if i == 50 { 9.0 } else { 3.0 });
         let at: Vec<_> = find(&hole, form).iter().map(|f| f.beams[0]).collect();
         assert!(!at.contains(&50), "{form:?}: {at:?}");
-        // Nothing came back from around it: nothing is known.
+        // Nothing came back from around it, so nothing is known.
         let alone = scan(|i| if i == 50 { 1.0 } else { f64::INFINITY });
         assert!(find(&alone, form).is_empty());
     }
@@ -109,7 +109,7 @@ fn sum_is_pilchs_sum_of_distances() {
 
 #[test]
 fn covariance_of_an_edge_is_honest() {
-    // A wall of any slope to 45° ends somewhere between two beams.
+    // A wall of any slope up to 45° ends somewhere between two beams.
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let (mut sum, mut count) = (0.0, 0.0);
     for _ in 0..3000 {
@@ -140,6 +140,6 @@ fn covariance_of_an_edge_is_honest() {
     }
     let mean = sum / count;
     assert!(count > 2900.0, "{count} found");
-    // No more than it says, and no less than a third of that.
+    // At most what it claims, and at least a third of that.
     assert!((0.7..2.05).contains(&mean), "mean NEES {mean}");
 }

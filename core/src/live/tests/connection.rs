@@ -1,4 +1,4 @@
-//! What ends a task, what a new connection keeps, and what a bridge may not say.
+//! What ends a task, what survives a new connection, and what a bridge may not send.
 
 use super::*;
 use crate::geom::Length;
@@ -60,7 +60,7 @@ fn a_new_connection_goes_on_in_the_old_map_without_the_right_to_drive() {
     for _ in 0..100 {
         bridge.robot.advance(0.01);
     }
-    // What the robot did meanwhile is lost.
+    // What the robot did meanwhile is not reported.
     bridge.robot.odometry();
     while bridge.robot.take_scan().is_some() {}
     bridge.greet(&mut live);

@@ -1,4 +1,4 @@
-//! Driving to a goal and mapping on the way, live and from the recording of it.
+//! Driving to a goal and mapping on the way, live and from its recording.
 
 use super::*;
 use crate::geom::Length;
@@ -49,7 +49,7 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_prior_map_and_fits_another_building
         live
     };
     let (mut bridge, mut live) = drive(Bridge::new(SensorModel::lidar()), known_to("arena"), goal);
-    // Whether it fits is said after thirty scans.
+    // Whether it fits is reported after thirty scans.
     while live.session().scans() < 40 {
         bridge.step(&mut live);
     }
@@ -85,7 +85,7 @@ fn a_lidar_behind_a_bridge_drives_by_the_cycle_when_asked_to() {
             _ => None,
         })
         .collect();
-    // Turns and legs, as for a sensor that scans on command; its own is not commanded to scan.
+    // Turns and legs, as for a sensor that scans on command; its own sensor gets no such command.
     assert!(
         driven
             .iter()
@@ -98,7 +98,7 @@ fn a_lidar_behind_a_bridge_drives_by_the_cycle_when_asked_to() {
     for (name, stage) in crate::pilot::Stage::ALL {
         assert!(stages.report(stage).is_some(), "{name}: {stages:?}");
     }
-    // By hand it drives while it scans: the cycle goes on with the next task.
+    // By hand it drives while it scans: the cycle continues with the next task.
     live.drive(0.5, 0.0);
     assert!(!live.session().scans_on_command());
     live.set_mode(Mode::Explore);
@@ -125,8 +125,7 @@ fn a_robot_that_drives_by_the_cycle_behind_a_bridge_shows_it_as_a_simulated_one(
     }
 }
 
-/// Sweeps of a robot that stands take seconds; the recording names the robot, and so it is mapped
-/// as one.
+/// Sweeps of a standing robot take seconds; the recording names the robot, so it is mapped as one.
 #[test]
 fn a_recording_of_sweeps_is_mapped_as_it_was_live() {
     let (bridge, live) = drive_to(Point2::new(0.8, 0.3), SensorModel::rangers());
@@ -176,7 +175,7 @@ fn legs_turns_and_sweeps_of_the_cycle_are_waited_for() {
         .iter()
         .filter(|motion| **motion == Command::Scan)
         .count();
-    // The first sweep, begun by hand, was given up for the errand.
+    // The first sweep, begun by hand, was given up for the task.
     assert!(
         sweeps >= 3 && live.session().scans() == sweeps - 1,
         "{drives:?}"

@@ -1,23 +1,23 @@
-//! A geofence of the bridge's map, which lies elsewhere than that of the run.
+//! A geofence of the bridge's map, whose frame differs from the run's.
 
 use super::*;
 use crate::geom::{Length, PoseEstimate};
 use crate::pilot::Failure;
 use crate::wire::message::{FenceState, GeofenceBody, PoseState, ZoneUse};
 
-/// The bridge's map began elsewhere, and the robot looked another way.
+/// The bridge's map began elsewhere, with another heading of the robot.
 fn bridge_from_run() -> Pose2 {
     Pose2::new(7.0, -3.0, 2.2)
 }
 
-/// Says where the robot is in the bridge's map.
+/// Reports where the robot is in the bridge's map.
 fn tell_pose(bridge: &mut Bridge, live: &mut Live) {
     let estimate = PoseEstimate::exact(bridge_from_run() * truth(bridge));
     let body = PoseBody::new(bridge.robot.stamp().0, &estimate, PoseState::Localised);
     bridge.tell(live, &FromBridge::Pose(body));
 }
 
-/// A square to stay in around the run's origin, in the bridge's map.
+/// A square around the run's origin, to stay in, in the bridge's map.
 fn tell_fence(bridge: &mut Bridge, live: &mut Live, half: f64) {
     let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
     let corners = corners.map(|(x, y)| bridge_from_run() * Point2::new(x, y));
@@ -30,7 +30,7 @@ fn tell_fence(bridge: &mut Bridge, live: &mut Live, half: f64) {
     bridge.tell(live, &FromBridge::Geofence(body));
 }
 
-/// What becomes of a goal, and where the robot stands then, in the run's map.
+/// The outcome for a goal, and where the robot stands then, in the run's map.
 fn driven(goal: (f64, f64), half: f64) -> (Status, Point2<f64>) {
     let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), live());
     bridge.greet(&mut live);

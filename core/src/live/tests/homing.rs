@@ -1,5 +1,5 @@
-//! A robot whose driver is gone: it goes home where it may and knows the way, and stays in any
-//! doubt.
+//! A robot whose driver is gone: it goes home if it may and knows the way, and stays if there is
+//! any doubt.
 
 use super::*;
 use crate::geom::Length;
@@ -7,8 +7,8 @@ use crate::live::{Homing, HomingConfig};
 
 const OTHER: u32 = 9;
 
-/// A bridge with a driver of its own, who drives the robot away from where it was armed, and the
-/// bridge's mapper.
+/// A bridge with a driver of its own, who drives the robot away from where it was armed, and with
+/// the bridge's mapper.
 struct Scene {
     bridge: Bridge,
     live: Live,
@@ -60,7 +60,7 @@ impl Scene {
         }
     }
 
-    /// The other client drives ahead, and is gone then.
+    /// The other client drives ahead, and then is gone.
     fn driven_and_lost(&mut self, reason: DisarmReason) {
         self.state(true, DisarmReason::Start);
         for _ in 0..60 {
@@ -187,7 +187,7 @@ fn whoever_has_no_right_or_is_not_sure_where_it_is_does_not_begin() {
 
     let mut scene = Scene::new(on_link_loss());
     scene.driven_and_lost(DisarmReason::DriverGone);
-    // It was sure when it was armed, and is not any more.
+    // It was certain when the robot was armed, and is not any more.
     scene.homing.config.turn_sigma = 1e-9;
     scene.go(20);
     assert!(scene.said("its pose is not sure"), "{:?}", scene.notes);

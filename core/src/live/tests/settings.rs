@@ -1,9 +1,9 @@
-//! Settings: those of the first moment, those changed on the way, those of another robot.
+//! Settings: the initial ones, those changed on the way, those of another robot.
 
 use super::*;
 
-/// How far before the wall a robot stands that is driven at it by hand; from the start with
-/// `settings`, or with `later` ones after a second.
+/// How far in front of the wall a robot stops that is driven at it by hand; with `settings` from
+/// the start, and `later` ones after a second.
 fn room_ahead(settings: &[(&str, f64)], later: &[(&str, f64)]) -> f64 {
     let owned = |changes: &[(&str, f64)]| {
         let changes = changes.iter();
@@ -20,7 +20,7 @@ fn room_ahead(settings: &[(&str, f64)], later: &[(&str, f64)]) -> f64 {
         bridge.step(&mut live);
     }
     live.drive(1.0, 0.0);
-    // Ten seconds: it has come to stand, and nobody has walked up to it.
+    // Ten seconds: it has stopped, and nobody has walked up to it.
     for step in 0..200 {
         if step == 20 && !later.is_empty() {
             live.reconfigure(owned(later)).unwrap();

@@ -1,8 +1,8 @@
 //! The turns that make one power sum of two whitened clouds agree.
 //!
-//! With z = x + iy, Σ zⁿ of a cloud that is turned by α is e^{inα} times that of the cloud as it
-//! was. Of whitened clouds it is zero for n = 1 and n = 2. The least n from 3 on for which it is
-//! not leaves n turns to be tried, and n more where the cloud is reflected.
+//! With z = x + iy, turning a cloud by α multiplies its Σ zⁿ by e^{inα}. For whitened clouds Σ zⁿ
+//! is zero for n = 1 and n = 2. The least n ≥ 3 for which it is not zero leaves n turns to try, and
+//! n more with a reflection.
 //!
 //! Source: Ho et al. (2009), "Affine registration with symmetric polynomials": power sums are the
 //! symmetric polynomials that they use.
@@ -14,12 +14,12 @@ use nalgebra::Complex;
 use super::Turn;
 use super::signature::power;
 
-/// Power sums that are tried. A cloud that has none up to here is as good as round.
+/// Power sums that are tried. A cloud whose sums are all zero up to here is as good as round.
 const ORDERS: std::ops::RangeInclusive<usize> = 3..=12;
-/// A power sum smaller than this part of the most that it can be is zero.
+/// A power sum that is smaller than this part of its largest possible value counts as zero.
 const NOTHING: f64 = 1e-3;
 
-/// All turns that come into question; none where all power sums are zero.
+/// All candidate turns; none if all power sums are zero.
 pub(super) fn turns(from: &[Complex<f64>], to: &[Complex<f64>]) -> Vec<Turn> {
     let found = ORDERS.into_iter().find_map(|n| {
         let (a, b) = (power_sum(from, n)?, power_sum(to, n)?);

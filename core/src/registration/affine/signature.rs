@@ -1,7 +1,7 @@
-//! Moments of a whitened cloud, by which two clouds are compared whatever way they are turned.
+//! Moments of a whitened cloud, by which two clouds are compared whichever way they are turned.
 //!
-//! With z = x + iy of each point, m_kl is the mean of zᵏ z̄ˡ. A turn by α makes e^{i(k-l)α} m_kl of
-//! it, a reflection y ↦ -y its conjugate.
+//! With z = x + iy of each point, m_kl is the mean of zᵏ z̄ˡ. A turn by α multiplies m_kl by
+//! e^{i(k-l)α}; a reflection y ↦ -y conjugates it.
 
 use nalgebra::Complex;
 
@@ -23,7 +23,7 @@ struct Moment {
     l: usize,
     /// m_kl.
     value: Complex<f64>,
-    /// Mean of |z|ᵏ⁺ˡ: the most that it can be.
+    /// Mean of |z|ᵏ⁺ˡ: the largest possible |m_kl|.
     most: f64,
 }
 
@@ -59,8 +59,8 @@ impl Signature {
         found.map_or(Complex::new(0.0, 0.0), |m| m.value)
     }
 
-    /// How far the other's moments are from these after a turn, root mean square of parts of the
-    /// most that each can be.
+    /// How far the other cloud's moments are from these after a turn: the root mean square of the
+    /// differences, each as a part of the largest possible value.
     pub(super) fn disagreement(&self, other: &Self, turn: &Turn) -> f64 {
         let squares = self.moments.iter().zip(&other.moments).map(|(p, q)| {
             let (sin, cos) = sin_cos((p.k - p.l) as f64 * turn.angle);
@@ -72,7 +72,7 @@ impl Signature {
 }
 
 impl Turn {
-    /// A number, or its mirror image where this reflects.
+    /// A number, or its complex conjugate if the turn reflects.
     pub(super) fn before(&self, value: Complex<f64>) -> Complex<f64> {
         if self.is_reflected {
             value.conj()

@@ -1,4 +1,4 @@
-//! Truths: maps that were applied; symmetric clouds; published errors of input.
+//! Known maps; symmetric clouds; invalid input.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 use proptest::prelude::*;
@@ -82,7 +82,8 @@ fn a_square_has_no_third_moments_but_a_fourth_power_sum() {
     let copy: Vec<_> = square.iter().map(|p| map.apply(p)).collect();
     let fit = |method| register_affine(&square, &copy, method);
     assert_eq!(fit(AffineMethod::Moments), Err(AffineError::Symmetric));
-    // Any of its own turns and reflections is right: each point falls on one of the copy.
+    // Any of the cloud's own rotations and reflections is right: each point falls on one of the
+    // copy.
     let found = fit(AffineMethod::PowerSums).unwrap();
     for point in &square {
         let at = found.map.apply(point);

@@ -1,11 +1,11 @@
-//! A cloud moved and scaled to mean 0 and covariance 1.
+//! A cloud shifted and scaled to mean 0 and covariance 1.
 
 use nalgebra::{Complex, Matrix2, Point2, Vector2};
 
 use super::super::first_too_far;
 use super::AffineError;
 
-/// A cloud that is this much thinner than long lies on a line.
+/// A cloud whose width is below this part of its length lies on a line.
 const THINNEST: f64 = 1e-6;
 
 /// A whitened cloud, and the way back: x = mean + factor · z.
@@ -35,7 +35,7 @@ impl Whitened {
         let off = || cloud.iter().map(|p| p.coords - mean);
         let cov = off().map(|d| d * d.transpose()).sum::<Matrix2<f64>>() / count;
         let on_a_line = AffineError::OnALine { cloud: name };
-        // The product of both axes' variances beside the square of their mean.
+        // The product of the variances along both axes, compared with the square of their mean.
         let size = 0.5 * cov.trace();
         let is_thin = cov.determinant() <= THINNEST * THINNEST * size * size;
         let cholesky = cov.cholesky().filter(|_| !is_thin).ok_or(on_a_line)?;

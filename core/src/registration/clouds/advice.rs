@@ -1,29 +1,29 @@
-//! Which method to take for two scans, by what was measured on scans like them.
+//! Which method to use for two scans, from measurements on similar scans.
 //!
-//! In: how two clouds lie on each other ([`Likeness`]), and how far the start is off. Out: the
+//! In: how two clouds lie on each other ([`Likeness`]), and how far off the start is. Out: the
 //! condition of the measured table that they are most like, and the method that did best there.
 //!
-//! 1. The table holds, for each condition, what such pairs are like in the median, and for each
+//! 1. For each condition, the table holds what its pairs are like in the median, and for each
 //!    method how often it found the motion and how long it took.
 //! 2. The nearest condition is the one whose figures differ least, each by its own scale.
-//! 3. Of the methods that were found nearly as often as the best, the fastest is taken.
+//! 3. Of the methods that found the motion nearly as often as the best one, the fastest is taken.
 //!
-//! The table is measured by `report -- registration`, which fails where it no longer holds.
+//! The table is measured by `report -- registration`, which fails if the table no longer holds.
 
 use super::CloudMethod;
 use super::judge::Likeness;
 use super::measured::MEASURED;
 
-/// What was measured of one method under one condition.
+/// What was measured for one method under one condition.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredMethod {
-    /// As [`CloudMethod::all`] names it.
+    /// Its name, as in [`CloudMethod::all`].
     pub name: &'static str,
-    /// Part found of all pairs, and of those whose start is near.
+    /// Part of all pairs for which it found the motion, and of those whose start is near.
     pub found: [f64; 2],
     /// Median time, µs, on the machine of the table.
     pub micros: f64,
-    /// Part of what it calls converged that is off by more than three of its σ.
+    /// Part of the results it calls converged that are off by more than three of its σ.
     pub wrong: f64,
 }
 
@@ -32,7 +32,7 @@ pub struct MeasuredMethod {
 pub struct MeasuredCondition {
     /// As the report names it.
     pub name: &'static str,
-    /// As a person reads it: "scans like ...".
+    /// As people read it: "scans like ...".
     pub title: &'static str,
     /// What its pairs are like, in the median.
     pub likeness: Likeness,
@@ -40,21 +40,21 @@ pub struct MeasuredCondition {
     pub methods: [MeasuredMethod; CloudMethod::COUNT],
 }
 
-/// Starts up to here are near: a shift, m, ...
+/// Starts up to here count as near: a shift, m, ...
 pub const NEAR_SHIFT: f64 = 0.5;
 /// ... and a turn, rad.
 pub const NEAR_TURN: f64 = 0.2618;
 
-/// Differences that weigh the same.
+/// Differences that have equal weight.
 const SCALE: Likeness = Likeness {
     overlap: 0.25,
     sigma: 0.01,
     scatter: 0.2,
 };
-/// A method is as good as the best if it was found at most this part less often.
+/// A method is as good as the best one if its success rate is lower by at most this part.
 const AS_GOOD: f64 = 0.03;
 
-/// What to take, and why.
+/// Which method to use, and why.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Advice {
     /// The condition that the scans are most like.
@@ -63,13 +63,13 @@ pub struct Advice {
     pub is_near: bool,
     /// The method to take.
     pub method: &'static MeasuredMethod,
-    /// The one that was found most often; often the same.
+    /// The method that found the motion most often; often the same.
     pub surest: &'static MeasuredMethod,
-    /// The one that takes the least time.
+    /// The method that takes the least time.
     pub fastest: &'static MeasuredMethod,
 }
 
-/// Which method to take for scans like these, from a start that is off by `shift`, m, and `turn`,
+/// Which method to use for scans like these, from a start that is off by `shift`, m, and `turn`,
 /// rad.
 #[must_use]
 pub fn advise(likeness: &Likeness, shift: f64, turn: f64) -> Option<Advice> {

@@ -1,11 +1,11 @@
 //! From which starts a method finds the motion between two clouds: its basin of convergence.
 //!
-//! In: two clouds, the pose that is right, a method, and how far and how finely to look. Out: for
-//! each cell of a map of starts, where the method ended and what it said of that.
+//! In: two clouds, the true pose, a method, and how far and how finely to look. Out: for each cell
+//! of a map of starts, where the method ended and what verdict it gave.
 //!
-//! One call of [`Basin::step`] registers once, so that whoever asks can show how far it is and stop
-//! at any time. Cells come spread over the whole map, not row by row: what is known after a tenth
-//! of the time looks like the whole.
+//! One call of [`Basin::step`] registers once, so the caller can show progress and stop at any
+//! time. Cells come spread over the whole map, not row by row, so after a tenth of the time the
+//! picture already looks like the whole.
 
 use super::{Cloud, CloudMethod, JudgeConfig, register_clouds};
 use crate::bounds::config;
@@ -43,10 +43,10 @@ config! {
     }
 }
 
-/// What became of a start.
+/// How a registration from one start ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BasinOutcome {
-    /// It came to the right pose.
+    /// It reached the true pose.
     Found,
     /// It ended elsewhere, and does not claim to have converged.
     LostAndSaysSo,
@@ -54,14 +54,14 @@ pub enum BasinOutcome {
     WronglySure,
 }
 
-/// A cell of a map of starts.
+/// One cell of a map of starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BasinCell {
-    /// Its place: row by row from the lower left.
+    /// Its index: row by row from the lower left.
     pub index: usize,
-    /// What became of it.
+    /// How the registration ended.
     pub outcome: BasinOutcome,
-    /// How far it ended from the right pose, m.
+    /// How far from the true pose it ended, m.
     pub error: f64,
     /// Iterations taken.
     pub iterations: usize,
@@ -83,7 +83,7 @@ pub struct Basin {
 const MOST_CELLS: usize = 201;
 
 impl Basin {
-    /// An empty map about `right`, the `fixed_from_moving` that is to be found.
+    /// An empty map about `right`, the true `fixed_from_moving`.
     #[must_use]
     pub fn new(
         [moving, fixed]: [Cloud; 2],
@@ -124,7 +124,7 @@ impl Basin {
         let start = self.start(index);
         let found = register_clouds(&self.moving, &self.fixed, &start, &self.method, &self.judge);
         let off = found.estimate.pose.minus(&self.right);
-        // Along a corridor any place is as right as any other.
+        // Along a corridor, every pose is equally right.
         let way = match found.verdict {
             Verdict::Degenerate { direction } => off.xy() - direction * direction.dot(&off.xy()),
             _ => off.xy(),
@@ -169,8 +169,8 @@ impl Basin {
         self.config.cells * self.config.cells
     }
 
-    /// In steps that spread over rows and columns alike, or the next number that leaves no cell
-    /// out: Roberts' (2018) R2 sequence, on a grid.
+    /// The next index in steps that spread over rows and columns alike, by Roberts' (2018) R2
+    /// sequence on a grid; the step is raised to the next number that leaves no cell out.
     fn next_index(&self) -> Option<usize> {
         const UP: f64 = 0.569_840;
         const RIGHT: f64 = 0.754_878;

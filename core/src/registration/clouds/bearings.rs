@@ -1,18 +1,18 @@
-//! The points of a scan by their bearings: the one that a sensor saw in a direction is found by one
-//! look, and the one nearest to a place by one more.
+//! The points of a scan sorted by bearing: one lookup finds the point that the sensor saw in a
+//! direction, and one more the point nearest to a place.
 //!
-//! Bearings are measured along a diamond, not along a circle: y / (|x| + |y|) grows with the angle
-//! and takes a division instead of an arc tangent.
+//! Bearings are measured along a diamond, not along a circle: y / (|x| + |y|) grows with the angle,
+//! and costs a division instead of an arc tangent.
 
 use nalgebra::Point2;
 
 use crate::lanes::{LANES, Lanes};
 
-/// Points that are asked at once which of them is the nearest to a place.
+/// Points that are compared at once to find the one nearest to a place.
 const WINDOW: usize = 2 * LANES;
-/// The bits that hold a place in it.
+/// The bits that hold an index into the window.
 const PLACES: u64 = WINDOW as u64 - 1;
-/// The places, as the bits of numbers.
+/// The indices, as the bits of floating-point numbers.
 const WINDOW_PLACES: [[f64; LANES]; 2] = {
     let mut places = [[0.0; LANES]; 2];
     let mut at = 0;
@@ -22,25 +22,26 @@ const WINDOW_PLACES: [[f64; LANES]; 2] = {
     }
     places
 };
-/// A search goes on beyond them until so many points are no nearer.
+/// Beyond the window, a search goes on until this many points in a row are no nearer.
 const BESIDE: usize = 2;
 
-/// Where the points of a scan, which are sorted by their bearings, lie all round.
+/// The points of a scan, sorted by bearing, in a list that wraps around the full circle.
 #[derive(Clone, Debug)]
 pub(super) struct Bearings {
-    /// Of each point, its place on the diamond.
+    /// The position of each point on the diamond.
     along: Vec<f64>,
-    /// Of each part of the diamond, the first point in it or after it.
+    /// For each section of the diamond, the first point in it or after it.
     first: Vec<u32>,
-    /// The points by columns, all round: half a window of the last ones before the first, and a
-    /// window of the first ones behind the last.
+    /// The points by columns, wrapped around: half a window of the last ones before the first, and
+    /// a window of the first ones after the last.
     x: Vec<f64>,
     y: Vec<f64>,
-    /// What the first of these numbers has for a place in the list.
+    /// The index in the list of the first of these numbers.
     turn: usize,
 }
 
-/// A place on the diamond, from 0 to 4, from the negative x axis on with the angle.
+/// The position on the diamond, from 0 to 4: it starts at the negative x axis and grows with the
+/// angle.
 #[inline(always)]
 fn along_diamond(point: &Point2<f64>) -> f64 {
     let part = point.y / (point.x.abs() + point.y.abs());
@@ -50,8 +51,8 @@ fn along_diamond(point: &Point2<f64>) -> f64 {
     if along.is_nan() { 0.0 } else { along }
 }
 
-/// The bits of a number that is not negative, the last ones being those of a place: ordered as the
-/// numbers are.
+/// The bits of a non-negative number, with the lowest ones replaced by an index: they are ordered
+/// as the numbers are.
 #[inline(always)]
 fn tagged(number: f64, place: f64) -> u64 {
     number.to_bits() & !PLACES | place.to_bits()
@@ -67,7 +68,7 @@ impl Bearings {
             keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
             (along, *points) = keyed.into_iter().unzip();
         }
-        // All round, where they are fewer than that as well.
+        // With fewer points than that, they still wrap around.
         let turn = LANES.next_multiple_of(count.max(1)) - LANES;
         let mut view = Self {
             turn,
@@ -76,7 +77,7 @@ impl Bearings {
             x: Vec::with_capacity(LANES + count + WINDOW),
             y: Vec::with_capacity(LANES + count + WINDOW),
         };
-        // How many points each part has, then how many all parts before it have.
+        // How many points each section has, then how many all sections before it have.
         for along in &view.along {
             let part = view.part(*along);
             if let Some(points) = view.first.get_mut(part + 1) {
@@ -98,21 +99,21 @@ impl Bearings {
         view
     }
 
-    /// x and y of the points, all round: [`LANES`] of the last ones before the first, and twice as
-    /// many of the first ones behind the last.
+    /// x and y of the points, wrapped around: [`LANES`] of the last ones before the first, and
+    /// twice as many of the first ones after the last.
     pub(super) fn columns(&self) -> [&[f64]; 2] {
         [&self.x, &self.y]
     }
 
-    /// The part of the diamond that a place on it is in.
+    /// The section that contains a position on the diamond.
     #[inline(always)]
     fn part(&self, along: f64) -> usize {
-        // One number stands behind the last part.
+        // One number follows the last section.
         let parts = self.first.len() - 1;
         ((along * 0.25 * parts as f64) as usize).min(parts - 1)
     }
 
-    /// Whether there are points all round: nowhere none in more than about a quarter turn.
+    /// Whether there are points all round, without a gap of more than about a quarter turn.
     pub(super) fn is_all_round(&self) -> bool {
         /// Along the diamond.
         const QUARTER: f64 = 1.0;
@@ -124,7 +125,7 @@ impl Bearings {
     }
 
     /// The points in the direction of `place`: the last one before it and the first one after it,
-    /// all round.
+    /// wrapped around.
     pub(super) fn about(&self, place: &Point2<f64>) -> [usize; 2] {
         let along = along_diamond(place);
         let mut after = self.first_of(along);
@@ -135,7 +136,7 @@ impl Bearings {
         [before, if after < self.along.len() { after } else { 0 }]
     }
 
-    /// The first point in the same part of the diamond, or after it.
+    /// The first point in the same section of the diamond, or after it.
     #[inline(always)]
     fn first_of(&self, along: f64) -> usize {
         let first = self.first.get(self.part(along));
@@ -143,7 +144,7 @@ impl Bearings {
     }
 
     /// The point nearest to `place` among those in about its direction, and its squared distance.
-    /// It is the nearest of all wherever walls do not lie one behind the other.
+    /// It is the nearest of all unless walls lie one behind the other.
     #[inline(always)]
     pub(super) fn nearest<L: Lanes>(
         &self,
@@ -153,8 +154,8 @@ impl Bearings {
         self.nearest_from::<L>(machine, self.first_of(along_diamond(place)), place)
     }
 
-    /// The point nearest to `place` about the one at `hint`, as far as points get nearer, and its
-    /// squared distance.
+    /// The point nearest to `place` around the one at `hint`, and its squared distance. The search
+    /// goes on as long as points get nearer.
     #[inline(always)]
     pub(super) fn nearest_from<L: Lanes>(
         &self,
@@ -175,8 +176,8 @@ impl Bearings {
             dx * dx + dy * dy
         };
         let (low, high) = (square(x_low, y_low), square(x_high, y_high));
-        // Which one it is is chance: no branch. The places of the squares stand in their last bits,
-        // where squares that are not negative are ordered as whole numbers are.
+        // Which one is nearest is unpredictable, so no branch. The low bits of the squares hold the
+        // indices: non-negative squares are ordered as integers are.
         let [low_places, high_places] = WINDOW_PLACES;
         let (low_places, high_places) = (
             L::load(machine, &low_places),
@@ -200,7 +201,7 @@ impl Bearings {
         })
     }
 
-    /// Goes on from a point, up the list or down, as long as points get nearer.
+    /// Walks on from a point, up or down the list, as long as points get nearer.
     fn walk(
         &self,
         place: &Point2<f64>,

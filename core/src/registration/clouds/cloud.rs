@@ -1,7 +1,7 @@
 //! A cloud of points to be registered, and the surface at each of them.
 //!
 //! In: points, in any order or in that of a sensor's beams. Out: the points with what every method
-//! asks of them: the surface that each lies on, and the sensor's view, if there was one.
+//! needs: the surface at each point, and the sensor's view, if there was one.
 
 use nalgebra::Point2;
 
@@ -10,15 +10,15 @@ use super::bearings::Bearings;
 use super::surfaces::{median, nearest_surfaces, scan_surfaces};
 use crate::points::OrientedPoint;
 
-/// Part of a surface's variance, in that of a point's: what noise is left where a line through five
-/// points or so lies, and what a point draws the line towards itself.
+/// Variance of a surface as a part of the variance of a point: the noise that remains in a line
+/// through about five points, and how far a point draws that line towards itself.
 pub(super) const OWN_SHARE: f64 = 0.2;
 
-/// Why points are no cloud.
+/// Why points do not make a cloud.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CloudError {
-    /// A coordinate is not a number, or farther away than anything that a sensor sees.
+    /// A coordinate is not a number, or farther away than any sensor sees.
     #[error("point {index} is not finite, or farther away than 1e6 m")]
     NotFinite {
         /// The point, from 0.
@@ -43,13 +43,13 @@ pub struct Cloud {
 }
 
 impl Cloud {
-    /// More points than this are no cloud that can be registered in a reasonable time.
+    /// Clouds with more points cannot be registered in a reasonable time.
     pub const MOST_POINTS: usize = 100_000;
 
-    /// What a sensor at the origin saw all round or in a part of it: `points` in its frame, m, in
-    /// any order; they are sorted by their bearings.
+    /// What a sensor at the origin saw, all round or in a part of the circle: `points` in its
+    /// frame, m, in any order; they are sorted by bearing.
     ///
-    /// # Errors    [`CloudError`]: a point that is none, or too many.
+    /// # Errors    [`CloudError`]: an invalid point, or too many points.
     pub fn scan(points: Vec<Point2<f64>>) -> Result<Self, CloudError> {
         check(&points)?;
         let mut points = points;
@@ -63,9 +63,9 @@ impl Cloud {
         })
     }
 
-    /// Points in any order, m, of which nobody says from where they were seen.
+    /// Points in any order, m, with unknown viewpoint.
     ///
-    /// # Errors    [`CloudError`]: a point that is none, or too many.
+    /// # Errors    [`CloudError`]: an invalid point, or too many points.
     pub fn any(points: Vec<Point2<f64>>) -> Result<Self, CloudError> {
         check(&points)?;
         let surfaces = nearest_surfaces(&points);
@@ -77,26 +77,26 @@ impl Cloud {
         })
     }
 
-    /// The points, m; those of a scan sorted by their bearings.
+    /// The points, m; those of a scan are sorted by bearing.
     #[must_use]
     pub fn points(&self) -> &[Point2<f64>] {
         &self.points
     }
 
-    /// The surface at each point: where it lies, smoothed across, and its unit normal, for a scan
-    /// towards the sensor. `None` where the neighbours are no line.
+    /// The surface at each point: its position, smoothed across the surface, and its unit normal,
+    /// which points to the sensor for a scan. `None` where the neighbours do not form a line.
     #[must_use]
     pub fn surfaces(&self) -> &[Option<OrientedPoint>] {
         &self.surfaces
     }
 
-    /// Standard deviation of the points across their own surfaces, m: what the sensor adds,
-    /// whatever the pose; `None` where there is no surface.
+    /// Standard deviation of the points across their own surfaces, m: the sensor's noise, whatever
+    /// the pose; `None` if there is no surface.
     pub(super) fn sigma(&self) -> Option<f64> {
         self.sigma
     }
 
-    /// The points by their bearings from the sensor; `None` where there was none.
+    /// The points by their bearings from the sensor; `None` if there was no sensor.
     pub(super) fn view(&self) -> Option<&Bearings> {
         self.view.as_ref()
     }
@@ -113,7 +113,7 @@ fn check(points: &[Point2<f64>]) -> Result<(), CloudError> {
     }
 }
 
-/// Standard deviation of points across their surfaces, by the median.
+/// Standard deviation of points across their surfaces, from the median.
 fn noise(points: &[Point2<f64>], surfaces: &[Option<OrientedPoint>]) -> Option<f64> {
     let off = |(point, surface): (&Point2<f64>, &Option<OrientedPoint>)| {
         let surface = surface.as_ref()?;
@@ -123,7 +123,7 @@ fn noise(points: &[Point2<f64>], surfaces: &[Option<OrientedPoint>]) -> Option<f
     Some(sigma_of(off)? / (1.0 - OWN_SHARE).sqrt())
 }
 
-/// Standard deviation of a normal distribution by the median of its absolute values.
+/// Standard deviation of a normal distribution from the median of its absolute values.
 pub(super) fn sigma_of(absolute: impl Iterator<Item = f64>) -> Option<f64> {
     const BY_MEDIAN: f64 = 1.4826;
     Some(BY_MEDIAN * median(absolute)?)

@@ -1,4 +1,5 @@
-//! The best pose within a window for sure, by branch and bound, made exact by points to lines.
+//! The global optimum within a window, by branch and bound, then refined by matching points to
+//! lines.
 
 use super::super::trace::{Iteration, Watch};
 use super::super::{SearchWindow, search};
@@ -48,7 +49,7 @@ pub(super) fn run(
     let Some(best) = best else {
         return Found::start(start);
     };
-    // From within a cell of where it belongs.
+    // From less than a cell away from the true pose.
     let fine = IcpConfig {
         first_scale: 2.0 * config.cell,
         ..IcpConfig::default()

@@ -5,10 +5,11 @@
 //!
 //! 1. Points of the moving cloud are **selected**.
 //! 2. Each is **paired** with a point of the fixed cloud.
-//! 3. Pairs are **rejected**, or given less weight the farther they are apart. How far they may be
-//!    shrinks from iteration to iteration: a bad start is pulled in, and outliers end without say.
-//! 4. The motion that makes the **metric** of all pairs least is taken: for point to point in
-//!    closed form (the SVD of the cross covariance, which in the plane is one angle), else by a
+//! 3. Pairs are **rejected**, or given less weight the farther they are apart. The distance allowed
+//!    shrinks from iteration to iteration: a bad start is pulled in, and outliers lose their
+//!    weight.
+//! 4. The motion that minimises the **metric** of all pairs is taken: for point to point in closed
+//!    form (the SVD of the cross covariance, which in the plane is one angle), otherwise by a
 //!    Gauss-Newton step.
 //!
 //! Sources: Besl & McKay (1992), "A method for registration of 3-D shapes"; Censi (2008), "An ICP
@@ -29,9 +30,9 @@ use super::{Cloud, Found};
 use crate::geom::{Length, Pose2};
 use crate::lanes;
 
-/// The least pairs that say anything of a pose.
+/// With fewer pairs than this, the pose is unknown.
 const FEWEST_PAIRS: usize = 3;
-/// A scale that is greater than the last one by less than this is the last one.
+/// A scale that exceeds the last one by less than this factor is set to the last one.
 const ALMOST: f64 = 1.2;
 
 /// Runs ICP from `start`.
@@ -52,7 +53,7 @@ pub(super) fn run<W: Watch>(
         .collect();
     let mut found = Found::start(start);
     let mut scale = config.first_scale.max(config.last_scale);
-    // Points to lines are summed as they are paired, unless somebody needs all pairs at once.
+    // Points to lines are summed as they are paired, unless all pairs are needed at once.
     let is_summed = config.metric == Metric::PointToLine && config.kept >= 1.0 && !W::LOOKS;
     let mut pairs = Vec::with_capacity(if is_summed { 0 } else { points.len() });
     while found.iterations < config.max_iterations && !found.is_settled {
@@ -103,7 +104,7 @@ pub(super) fn run<W: Watch>(
     found
 }
 
-/// The scale of the next iteration; what is almost the last one is the last one.
+/// The scale of the next iteration; one that is almost the last one becomes the last one.
 fn shrunk(scale: f64, config: &IcpConfig) -> f64 {
     let next = config.shrink * scale;
     if next < ALMOST * config.last_scale {

@@ -1,35 +1,38 @@
-//! What a pose between two clouds is worth, by whichever method it was found.
+//! How good a pose between two clouds is, whichever method found it.
 //!
 //! In: both clouds and a pose. Out: a [`Registration`] with covariance and verdict.
 //!
-//! 1. Each point is paired with the surface nearest to it. How far pairs lie apart across their
-//!    surfaces, by the median, is the noise of both clouds.
-//! 2. Points within three times the noise lie on their surface; of them the information of the pose
-//!    follows, as of points matched to lines. Where an equation has a normal twice, one is that of
-//!    the moving cloud and one that of the fixed cloud: they err independently, so that what noise
-//!    alone says of the way along a corridor is nothing in the mean. By the squares of one cloud's
-//!    normals it grows with their variance, and noisy scans of a corridor would be told.
-//! 3. What these pairs still want to be moved by is what the method left: it is added to the
-//!    covariance. A method that stops early, or that pulls walls towards where they were sampled,
-//!    is so told from one that does not.
-//! 4. A point on a surface agrees with the other cloud where it lies on the same surface. Where it
-//!    lies beside one that faces the same way, or clearly before what the other sensor saw in its
-//!    direction, it contradicts it. A pose where too many do is another minimum than the right one.
-//!    What lies behind is hidden, and says nothing; nor does a point that is alone: it may be
-//!    anything. Clouds that no sensor saw have no before: there all that is far contradicts.
-//! 5. Along a corridor next to all points agree wherever it is entered. So those are asked by
-//!    themselves whose surfaces tell of the way of which least is told.
-//! 6. How far the points of each cloud lie from their own surfaces is their noise, whatever the
-//!    pose. Where pairs lie apart by much more than both noises, they are not of the same surfaces:
-//!    it is another minimum, too, however well it looks with a wide tolerance.
+//! 1. Each point is paired with the surface nearest to it. The median distance of the pairs across
+//!    their surfaces gives the noise of both clouds.
+//! 2. Points within three times the noise lie on their surface. They give the information of the
+//!    pose, as in matching points to lines. Where an equation has a normal twice, one is taken from
+//!    the moving cloud and one from the fixed cloud. Their errors are independent, so what noise
+//!    alone says about the direction along a corridor is zero in the mean. With the squares of one
+//!    cloud's normals it would grow with their variance, and noisy scans of a corridor would look
+//!    well constrained.
+//! 3. The motion by which these pairs still want to move the pose is what the method left undone:
+//!    it is added to the covariance. This shows whether a method stopped early, or pulled walls
+//!    towards where they were sampled.
+//! 4. A point agrees with the other cloud if it lies on the same surface. It contradicts the other
+//!    cloud if it lies beside a surface that faces the same way, or clearly in front of what the
+//!    other sensor saw in its direction. A pose where too many points contradict is a wrong
+//!    minimum. A point behind a surface is hidden, and says nothing; nor does an isolated point,
+//!    which may be anything. Clouds without a sensor have no front: there every distant point
+//!    contradicts.
+//! 5. Along a corridor almost all points agree, however far along it the pose is. So the points
+//!    whose surfaces constrain the least known direction are checked by themselves.
+//! 6. The distance of the points of each cloud from their own surfaces is their noise, whatever the
+//!    pose. If pairs lie apart by much more than both noises, they are not of the same surfaces:
+//!    that too is a wrong minimum, however well it looks with a wide tolerance.
 //!
-//! 7. Scans that show partly different things leave points without a partner, which are paired with
-//!    what is nearest all the same. A method is pulled by those of the moving cloud alone. So there
-//!    the points of the fixed cloud are asked as well: by how much they would move the pose is
-//!    added to the covariance, and where they say next to nothing of a way, nothing is known of it.
-//! 8. A pose that is far from the start may be right, or one of several that look alike: scans of a
-//!    square room lie on each other turned by a quarter as well. Nor are scans that show partly
-//!    different things sure to lie on each other in one way (`rival`).
+//! 7. Scans that show partly different things have points without a true partner, which are still
+//!    paired with whatever is nearest. A method is pulled only by such points of the moving cloud.
+//!    So in this case the points of the fixed cloud are matched as well: the step by which they
+//!    would move the pose is added to the covariance, and a direction that they hardly constrain
+//!    counts as unknown.
+//! 8. A pose far from the start may be right, or one of several that look alike: scans of a square
+//!    room also match when turned by a quarter. Scans that show partly different things may match
+//!    in several ways too (`rival`).
 //!
 //! Source of 2 and 4: Censi (2007), "An accurate closed-form estimate of ICP's covariance";
 //! Bosse & Zlot (2008), on free space as evidence. The second cloud's normals in 2 are what
@@ -102,10 +105,10 @@ config! {
     }
 }
 
-/// Steps from a pose that a method found to where the pairs lie best, at most.
+/// Most steps from the pose that a method found to where the pairs fit best.
 const MOST_STEPS_LEFT: usize = 5;
 
-/// What a pose is worth, and on how much that rests.
+/// How good a pose is, and the basis for that.
 pub(super) struct Judged {
     pub(super) registration: Registration,
     /// Points of both clouds that agree.
@@ -114,7 +117,7 @@ pub(super) struct Judged {
     pub(super) is_partial: bool,
 }
 
-/// What `found` is worth.
+/// Judges the pose `found`.
 pub(super) fn judge(moving: &Cloud, fixed: &Cloud, found: &Found, config: &JudgeConfig) -> Judged {
     let pose = &found.pose;
     let there = partners(moving, fixed, pose, &[]);
@@ -143,7 +146,7 @@ pub(super) fn judge(moving: &Cloud, fixed: &Cloud, found: &Found, config: &Judge
     }
     let per_pair = 1.0 / (sigma * sigma * config.redundancy);
     let information = sums.hessian * per_pair;
-    // Along a free motion next to nothing is known, but not nothing: nothing has no inverse.
+    // Along a free motion next to nothing is known, but not zero: zero has no inverse.
     let known = free.map_or(information, |free| {
         information + free * free.transpose() / UNKNOWN
     });
@@ -188,9 +191,9 @@ pub(super) fn judge(moving: &Cloud, fixed: &Cloud, found: &Found, config: &Judge
     }
 }
 
-/// How far it is from `pose` to where the pairs lie best, `step` being the first step there: the
-/// method left it. Where that is more than noise explains, pairs are looked for again, for others
-/// are the nearest there.
+/// How far it is from `pose` to where the pairs fit best, with `step` as the first step there: what
+/// the method left undone. If that is more than noise explains, the pairs are looked for again,
+/// because other points are nearest there.
 fn way_left(
     moving: &Cloud,
     fixed: &Cloud,
@@ -218,11 +221,12 @@ fn way_left(
     left
 }
 
-/// What the points of the fixed cloud say of a pose, the moving cloud being asked for surfaces.
+/// What the points of the fixed cloud say about a pose, matched to the surfaces of the moving
+/// cloud.
 pub(super) struct Back {
-    /// The motion (x, y, θ; its shift of length 1) of which they say next to nothing.
+    /// The motion (x, y, θ; its shift of length 1) that they hardly constrain.
     pub(super) free: Option<Vector3<f64>>,
-    /// By how much they would move the pose; `None` where they do not fix it.
+    /// By how much they would move the pose; `None` if they do not fix it.
     pub(super) step: Option<Vector3<f64>>,
 }
 
@@ -240,14 +244,14 @@ impl Back {
     }
 }
 
-/// What a small change of a pose's inverse is for the pose: the derivative of
-/// t = -R(-θ') t', θ = -θ' by (t', θ').
+/// How a small change of a pose's inverse changes the pose: the derivative of t = -R(-θ') t', θ =
+/// -θ' by (t', θ').
 pub(super) fn seen_from_other(change: &Vector3<f64>, pose: &Pose2) -> Vector3<f64> {
     let by_turn = Vector2::new(pose.y(), -pose.x()) * change.z;
     (by_turn - pose.rotate(change.xy())).push(-change.z)
 }
 
-/// How many of some points agree, and of how many that could.
+/// How many points agree, out of how many that could.
 #[derive(Clone, Copy, Default)]
 struct Count {
     agree: usize,
@@ -270,7 +274,7 @@ impl Count {
 struct Agreement {
     /// All their points.
     all: Count,
-    /// Those whose surfaces tell of one way.
+    /// Those whose surfaces constrain one direction.
     along: Count,
 }
 
@@ -283,8 +287,8 @@ impl Agreement {
     }
 }
 
-/// Asks both clouds' points whether they agree with the other cloud, `there` being the pairs of the
-/// moving one. `way` is a direction of the fixed cloud's frame.
+/// Checks for the points of both clouds whether they agree with the other cloud; `there` are the
+/// pairs of the moving one. `way` is a direction of the fixed cloud's frame.
 fn agreement(
     moving: &Cloud,
     fixed: &Cloud,
@@ -307,7 +311,7 @@ fn agreement(
             *met = true;
         }
     }
-    // A surface that a point lies on agrees; the others have to be asked.
+    // A surface that a point lies on agrees; the others have to be checked.
     let all = is_met.iter().zip(fixed.surfaces());
     for surface in all.filter_map(|(is_met, surface)| is_met.then_some(surface)) {
         let normal = surface.as_ref().map(|surface| &surface.normal);
@@ -327,7 +331,7 @@ fn unit(v: Vector2<f64>) -> Vector2<f64> {
     v / v.length()
 }
 
-/// A point at the pose that is judged, and what of the other cloud is nearest to it.
+/// A point at the pose that is judged, and its nearest point of the other cloud.
 struct Pair {
     /// The nearest point.
     partner: usize,
@@ -335,17 +339,17 @@ struct Pair {
     arm: Vector2<f64>,
     /// Where the point lies in the other cloud, m.
     place: Point2<f64>,
-    /// From the nearest point to it, squared, m².
+    /// Squared distance from the nearest point to it, m².
     square: f64,
     /// The normal of the surface there, and the distance across it.
     across: Option<(Vector2<f64>, f64)>,
-    /// Cosine of the angle between the surface and the point's own; 1 where one is unknown.
+    /// Cosine of the angle between that surface and the point's own; 1 where one is unknown.
     cosine: f64,
     /// The normal of the surface that the point itself lies on, in the axes of the other cloud.
     own: Option<Vector2<f64>>,
 }
 
-/// Pairs each point with what of the other cloud is nearest to it, but for those `left_out`.
+/// Pairs each point with its nearest point of the other cloud, except those `left_out`.
 fn partners(moving: &Cloud, fixed: &Cloud, pose: &Pose2, left_out: &[bool]) -> Vec<Pair> {
     lanes::run(Partners {
         moving,
@@ -360,7 +364,7 @@ struct Partners<'a> {
     moving: &'a Cloud,
     fixed: &'a Cloud,
     pose: &'a Pose2,
-    /// Points that need no partner; none where it is empty.
+    /// Points that need no partner; if empty, all points need one.
     left_out: &'a [bool],
 }
 
@@ -414,11 +418,11 @@ pub struct Likeness {
     pub overlap: f64,
     /// Standard deviation of their distances across it, m: the noise of both.
     pub sigma: f64,
-    /// Part of the points of both clouds that lie on no surface at all: alone, or in no order.
+    /// Part of the points of both clouds that lie on no surface: isolated, or in no order.
     pub scatter: f64,
 }
 
-/// What two clouds are like at `pose`, which should be right.
+/// How two clouds lie on each other at `pose`, which should be the true one.
 #[must_use]
 pub fn likeness(moving: &Cloud, fixed: &Cloud, pose: &Pose2, config: &JudgeConfig) -> Likeness {
     let pairs = partners(moving, fixed, pose, &[]);
@@ -436,7 +440,7 @@ pub fn likeness(moving: &Cloud, fixed: &Cloud, pose: &Pose2, config: &JudgeConfi
     }
 }
 
-/// Standard deviation of the pairs, by their median, m.
+/// Standard deviation of the pairs, from their median, m.
 fn sigma(pairs: &[Pair], config: &JudgeConfig) -> f64 {
     let farthest = config.inlier_sigmas * config.most_sigma;
     let facing = pairs.iter().filter(|pair| pair.cosine >= config.min_cosine);
@@ -447,16 +451,16 @@ fn sigma(pairs: &[Pair], config: &JudgeConfig) -> f64 {
     sigma.clamp(config.least_sigma, config.most_sigma)
 }
 
-/// The most that pairs scatter at the right pose, by what the points of each cloud scatter about
-/// their own surfaces, which no pose changes.
+/// The largest scatter of pairs that the true pose can have, from how the points of each cloud
+/// scatter about their own surfaces, which does not depend on the pose.
 fn most_scatter(moving: &Cloud, fixed: &Cloud, config: &JudgeConfig) -> f64 {
     let [moving, fixed] = [moving, fixed].map(|cloud| cloud.sigma().unwrap_or(config.most_sigma));
     let both = (moving * moving + OWN_SHARE * fixed * fixed).sqrt();
     config.max_excess * both + config.unevenness
 }
 
-/// What the pairs say of the pose, the information by the normals of both clouds; and how many of
-/// them have two.
+/// What the pairs say about the pose, with the information by the normals of both clouds; and how
+/// many pairs have two normals.
 fn sums(pairs: &[Pair], sigma: f64, config: &JudgeConfig) -> (Sums, usize) {
     let limit = config.inlier_sigmas * sigma;
     let (mut xx, mut xy, mut yy, mut xt, mut yt, mut tt) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -481,7 +485,7 @@ fn sums(pairs: &[Pair], sigma: f64, config: &JudgeConfig) -> (Sums, usize) {
             continue;
         };
         told += 1;
-        // Surfaces of clouds that no sensor saw have no sides.
+        // Surfaces of clouds without a sensor have no sides.
         let own = if own.dot(&normal) < 0.0 { -own } else { own };
         let own_turn = by_turn(&own);
         xx += normal.x * own.x;
@@ -502,10 +506,10 @@ fn sums(pairs: &[Pair], sigma: f64, config: &JudgeConfig) -> (Sums, usize) {
 }
 
 impl Pair {
-    /// Whether a point on a surface agrees with what the other cloud saw: it lies on the same
-    /// surface, to within `limit`; or it does not, for it lies beside it, or where the other sensor
-    /// saw through. With the normal of its own surface. `None` where it is hidden, where nothing
-    /// was seen in its direction, and of points that are no surface: what is alone may be anything.
+    /// Whether a point on a surface agrees with what the other cloud saw, with the normal of its
+    /// own surface. It agrees if it lies on the same surface, to within `limit`; it does not if it
+    /// lies beside it, or where the other sensor saw through. `None` if it is hidden, if nothing
+    /// was seen in its direction, or if it lies on no surface: an isolated point may be anything.
     #[inline(always)]
     fn compare(
         &self,
@@ -526,7 +530,7 @@ impl Pair {
         };
         let [before, after] = view.about(&self.place).map(|at| cloud.points().get(at));
         let (before, after) = before.zip(after)?;
-        // Beyond the arc of the sensor nothing was seen.
+        // Outside the sensor's field of view nothing was seen.
         let is_ahead = |seen: &Point2<f64>| seen.coords.dot(&self.place.coords) > 0.0;
         let least = before
             .coords
@@ -538,7 +542,7 @@ impl Pair {
     }
 }
 
-/// Nothing is known of a pose that was not found.
+/// The result if no pose was found: nothing is known.
 pub(super) fn nothing(found: &Found, points: usize) -> Registration {
     let sums = Sums::default();
     let verdict = Verdict::TooFewPoints { found: 0 };
@@ -547,7 +551,7 @@ pub(super) fn nothing(found: &Found, points: usize) -> Registration {
     outcome(found.pose, None, zero, counted, found.iterations, verdict)
 }
 
-/// xx of the information between two clouds that lie as they are, of pairs of weight 1.
+/// xx of the information between two clouds at their present pose, with pairs of weight 1.
 #[cfg(test)]
 pub(super) fn information_along_x(moving: &Cloud, fixed: &Cloud, config: &JudgeConfig) -> f64 {
     let pairs = partners(moving, fixed, &Pose2::identity(), &[]);

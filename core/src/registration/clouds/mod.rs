@@ -1,10 +1,10 @@
-//! From two clouds to the motion between them, by whichever method.
+//! From two clouds to the motion between them, by any method.
 //!
 //! In: a moving and a fixed [`Cloud`], and a start. Out: `fixed_from_moving` with covariance,
 //! residual, overlap, iterations and a verdict.
 //!
-//! Each method is a file here and a row of [`CloudMethod`]. It only looks for the pose; what that
-//! is worth is judged in one place for all ([`JudgeConfig`]), by how the two clouds lie on each
+//! Each method is a file here and a row of [`CloudMethod`]. It only looks for the pose.
+//! One judge rates the poses of all methods ([`JudgeConfig`]), by how the two clouds lie on each
 //! other there.
 
 mod advice;
@@ -58,7 +58,7 @@ impl CloudMethod {
     /// How many there are.
     pub const COUNT: usize = 7;
 
-    /// All methods by name, each as it is best by itself.
+    /// All methods by name, each with its best settings.
     #[must_use]
     pub fn all() -> [(&'static str, Self); Self::COUNT] {
         let icp = |metric| {
@@ -82,8 +82,8 @@ impl CloudMethod {
     }
 }
 
-/// Cosine of the angle between two surfaces; 1 where one is unknown. Surfaces of clouds that no
-/// sensor saw have no sides.
+/// Cosine of the angle between two surfaces; 1 where one is unknown. Surfaces of clouds without a
+/// sensor have no sides.
 #[inline(always)]
 fn facing(a: Option<Vector2<f64>>, b: Option<Vector2<f64>>, is_sided: bool) -> f64 {
     let Some((a, b)) = a.zip(b) else {
@@ -93,7 +93,7 @@ fn facing(a: Option<Vector2<f64>>, b: Option<Vector2<f64>>, is_sided: bool) -> f
     if is_sided { cosine } else { cosine.abs() }
 }
 
-/// Where a method has come to.
+/// Where a method ended.
 #[derive(Clone, Copy, Debug)]
 struct Found {
     pose: Pose2,
@@ -123,8 +123,8 @@ pub fn register_clouds(
     register_watched(moving, fixed, start, method, config, &mut ())
 }
 
-/// [`register_clouds`] by ICP. Who needs no other method carries none along: the page's module
-/// holds all that it may call.
+/// [`register_clouds`] by ICP. A caller that needs no other method links none: the page's module
+/// contains everything that it might call.
 #[must_use]
 pub fn register_clouds_by_icp(
     moving: &Cloud,
@@ -141,14 +141,14 @@ pub fn register_clouds_by_icp(
 /// A registration, and how it came about.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
-    /// As [`register_clouds`] gives it, to the bit.
+    /// As returned by [`register_clouds`], to the bit.
     pub registration: Registration,
-    /// Every iteration, the first one from the start. A correlation begins with its search, which
-    /// is one here and counted nowhere else.
+    /// Every iteration, from the start on. A correlation begins with its search, which is one
+    /// iteration here and counted nowhere else.
     pub iterations: Vec<Iteration>,
 }
 
-/// [`register_clouds`], with all that it did on the way.
+/// [`register_clouds`], with a record of its iterations.
 #[must_use]
 pub fn trace_clouds(
     moving: &Cloud,
@@ -206,7 +206,7 @@ fn register_by(
     judged.registration
 }
 
-/// Coherent point drift of the cloud as it lies at the start.
+/// Coherent point drift of the cloud, as it lies at the start.
 fn by_drift(
     moving: &Cloud,
     fixed: &Cloud,

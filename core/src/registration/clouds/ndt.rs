@@ -1,11 +1,11 @@
 //! The fixed cloud as normal distributions, one in each cell, and the pose at which the moving
 //! points are the likeliest.
 //!
-//! 1. The plane is cut into cells, four times, each time moved by half a cell: so that no border
-//!    counts. Each cell that holds enough points has their mean and covariance.
-//! 2. A point's likelihood is the sum of exp(-½ dᵀ C⁻¹ d) over its four cells. It is made greatest
-//!    by Gauss-Newton steps in which each cell weighs what it says.
-//! 3. Cells are halved, from wide ones, which pull from afar, to narrow ones.
+//! 1. The plane is cut into cells four times, each time shifted by half a cell, so cell borders do
+//!    not matter. Each cell with enough points has their mean and covariance.
+//! 2. A point's likelihood is the sum of exp(-½ dᵀ C⁻¹ d) over its four cells. Gauss-Newton steps
+//!    maximise it, in which each cell is weighted by its likelihood.
+//! 3. The cell size is halved from wide cells, which attract from afar, to narrow ones.
 //!
 //! Source: Biber & Straßer (2003), "The normal distributions transform".
 
@@ -125,7 +125,7 @@ impl Layers {
         }
     }
 
-    /// Each point with the mean of the cell in which it is the likeliest.
+    /// Each point with the mean of the cell in which it is most likely.
     fn iteration(&self, points: &[Point2<f64>], pose: &Pose2) -> Iteration {
         let likeliest = |point: &Point2<f64>| {
             let from = *pose * *point;
@@ -171,7 +171,7 @@ impl Layers {
 }
 
 impl Normal {
-    /// From the mean to a place, and how likely that is, beside the mean.
+    /// The offset from the mean to a place, and its likelihood relative to that at the mean.
     fn off(&self, place: &Point2<f64>) -> (Vector2<f64>, f64) {
         let off = place.coords - self.mean;
         let weight = libm::exp(-0.5 * off.dot(&(self.information * off)));

@@ -7,7 +7,7 @@ use nalgebra::Point2;
 
 /// The points of a cloud in a tree.
 pub(super) struct Neighbours {
-    /// `None` of no points.
+    /// `None` if there are no points.
     tree: Option<ImmutableKdTree<f64, 2>>,
 }
 
@@ -31,7 +31,7 @@ impl Neighbours {
         Some((found.item as usize, found.distance))
     }
 
-    /// The so many points nearest to `place`, the nearest first.
+    /// The `count` points nearest to `place`, the nearest first.
     pub(super) fn nearest_few(&self, place: Point2<f64>, count: usize) -> Vec<usize> {
         let (Some(tree), Some(count)) = (&self.tree, NonZero::new(count)) else {
             return vec![];

@@ -1,13 +1,13 @@
 //! Whether another pose is as good as the one that was found.
 //!
-//! Where rooms are symmetric, scans lie on each other in several ways, and the scans alone do not
-//! say which is meant. The start does: what is asked for is the pose nearest to it. A method that
-//! looks at the whole clouds at once may come to another one, far away. It is believed only where a
-//! search about the start finds no other that the judge lets pass.
+//! In symmetric rooms, scans match in several ways, and the scans alone cannot tell which is meant.
+//! The start can: the pose nearest to it is wanted. A method that compares whole clouds may end at
+//! another pose, far away. That pose is believed only if a search about the start finds no other
+//! pose that the judge accepts.
 //!
-//! Scans that show partly different things, as of a sensor that looks one way, may lie on each
-//! other in several ways as well, for what would contradict all but one is out of sight. There,
-//! a pose is believed only near the start, and where the search finds no other on which about as
+//! Scans that show partly different things, such as those of a sensor with a narrow field of view,
+//! may also match in several ways, because what would contradict all but one is out of sight. Such
+//! a pose is believed only near the start, and only if the search finds no other on which about as
 //! many points agree.
 
 use super::super::{SearchWindow, Verdict};
@@ -17,12 +17,12 @@ use super::correlation::{self, CorrelationConfig};
 use super::judge::{JudgeConfig, Judged, judge};
 use crate::geom::{Length, Pose2};
 
-/// Poses that are farther from each other than this are two, m, ...
+/// Poses farther apart than this count as two, m, ...
 const OTHER_SHIFT: f64 = 0.1;
-/// ... and those that are turned by more than this, rad.
+/// ... and so do those turned by more than this, rad.
 const OTHER_TURN: f64 = 0.1;
 
-/// Whether another pose than what was found from `start` is as good, or may well be.
+/// Whether another pose is as good as what was found from `start`, or may well be.
 pub(super) fn is_ambiguous(
     moving: &Cloud,
     fixed: &Cloud,
@@ -43,8 +43,8 @@ pub(super) fn is_ambiguous(
     if is_far && (found.is_partial || ![moving, fixed].into_iter().all(looks_all_round)) {
         return true;
     }
-    // Only where the pose would not be far: what lies there may be worse than what was found, and
-    // still what is meant.
+    // Only where the pose would not be far: a pose there may be worse than the one found, and still
+    // be the one that is meant.
     let window = SearchWindow {
         shift: config.far_shift,
         turn: config.far_turn,

@@ -1,11 +1,11 @@
 //! The surface at each point of a cloud: the line through its neighbours.
 //!
-//! - Of a scan, neighbours are the beams beside, as far as the steps between them are no longer
-//!   than those that a wall at this range makes.
-//! - Of points in any order they are the nearest ones.
+//! - In a scan, the neighbours are the adjacent beams, as long as the steps between them are no
+//!   longer than a wall at this range makes them.
+//! - For points in any order, they are the nearest points.
 //!
-//! A place where the neighbours are no line has no surface: a direction that means nothing would
-//! pull a match any way.
+//! If the neighbours do not form a line, the point has no surface: a meaningless direction would
+//! pull a match anywhere.
 
 use nalgebra::{Point2, Vector2};
 
@@ -13,22 +13,22 @@ use super::neighbours::Neighbours;
 use crate::lanes::{self, Kernel, LANES, Lanes};
 use crate::points::{MAX_FLATNESS, OrientedPoint, Scatter};
 
-/// Neighbours on either side that make the line of a scan's point.
+/// Neighbours on either side that make the line of a point in a scan.
 const BESIDE: usize = 4;
-/// Nearest points that make the line of a point in a cloud without order, itself among them.
+/// How many nearest points make the line of a point in an unordered cloud, itself among them.
 const NEAREST: usize = 7;
-/// A step between beams is one along a wall up to this length, m, ...
+/// Steps between beams up to this length always count as along a wall, m, ...
 const SHORTEST_GAP: f64 = 0.1;
-/// ... and up to so many times the spacing of the beams at this range.
+/// ... and so do those up to this many times the spacing of the beams at this range.
 const GAP: f64 = 4.0;
-/// The spacing of beams is the median of about so many of them at most.
+/// The spacing of beams is the median of at most about this many angles.
 const MOST_ANGLES: usize = 100;
-/// A line through fewer points is none.
+/// Fewer points make no line.
 const FEWEST: f64 = 3.0;
-/// Points whose neighbours spread by less than this along the line, m², lie in one place.
+/// Points whose neighbours spread by less than this along the line, m², all lie in one place.
 const LEAST_SPREAD: f64 = 1e-8;
 
-/// The surfaces of a scan, towards the sensor; `columns` are x and y of its points all round.
+/// The surfaces of a scan, facing the sensor; `columns` are x and y of its points, wrapped around.
 pub(super) fn scan_surfaces(
     points: &[Point2<f64>],
     columns: [&[f64]; 2],
@@ -56,10 +56,9 @@ pub(super) fn nearest_surfaces(points: &[Point2<f64>]) -> Vec<Option<OrientedPoi
     points.iter().map(surface).collect()
 }
 
-/// The middle one of numbers that are not negative: their bits are ordered as they are, and sooner
-/// compared.
+/// The median of non-negative numbers. Their bits have the same order, and compare faster.
 pub(super) fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
-    // Room for all of them at once: filters do not know how many they let pass.
+    // Reserve room for all of them: a filter does not know how many it lets pass.
     let mut bits = Vec::with_capacity(numbers.size_hint().1.unwrap_or(0));
     bits.extend(numbers.map(f64::to_bits));
     if bits.is_empty() {
@@ -69,7 +68,7 @@ pub(super) fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     Some(f64::from_bits(*bits.select_nth_unstable(middle).1))
 }
 
-/// Four numbers from a place in a column on.
+/// Four numbers of a column, from an index on.
 #[inline(always)]
 fn four<L: Lanes>(machine: L::Machine, column: &[f64], at: usize) -> L {
     let chunk = column.get(at..).and_then(<[f64]>::first_chunk);
@@ -79,7 +78,7 @@ fn four<L: Lanes>(machine: L::Machine, column: &[f64], at: usize) -> L {
 /// Four points, and the neighbours that make their lines.
 const AROUND: usize = LANES + 2 * BESIDE;
 
-/// The numbers of a column about those from `at` on: looked up once, so that each load among them
+/// The numbers of a column around those from `at` on: sliced once, so that each load from them
 /// needs no check.
 #[inline(always)]
 fn around(column: &[f64], at: usize) -> &[f64; AROUND] {
@@ -88,7 +87,7 @@ fn around(column: &[f64], at: usize) -> &[f64; AROUND] {
     around.unwrap_or(&[0.0; AROUND])
 }
 
-/// The line through the neighbours of each point of a scan, by fours.
+/// The line through the neighbours of each point of a scan, four points at a time.
 struct OfScan<'a> {
     count: usize,
     /// x and y, beginning [`LANES`] points before the first.
@@ -96,15 +95,15 @@ struct OfScan<'a> {
 }
 
 impl OfScan<'_> {
-    /// Of each step between neighbours, all round as the columns are, whether it is one along a
-    /// wall: 1, or 0.
+    /// For each step between neighbours, wrapped around as the columns are: 1 if it goes along a
+    /// wall, else 0.
     #[inline(always)]
     fn steps<L: Lanes>(&self, machine: L::Machine) -> Vec<f64> {
         let [xs, ys] = self.columns;
         let four = |column, at| four::<L>(machine, column, at);
         let steps = xs.len().saturating_sub(1);
-        // The angle between neighbours by its sine, squared: gaps come out too small, and do not
-        // matter.
+        // The angle between neighbours from its sine, squared: wide gaps come out too small, which
+        // does not matter.
         let stride = LANES * self.count.div_ceil(MOST_ANGLES).max(1);
         let mut angles = Vec::with_capacity(steps + LANES);
         for at in (LANES..LANES + self.count).step_by(stride) {
@@ -119,7 +118,7 @@ impl OfScan<'_> {
             angles.extend((across * across / squares).to_array());
         }
         angles.truncate(self.count);
-        // Beside a point at the sensor itself there is no angle.
+        // Next to a point at the sensor itself there is no angle.
         let known = angles.iter().copied().filter(|angle| angle.is_finite());
         let spacing = median(known).unwrap_or(0.0);
         let splat = |value| L::splat(machine, value);
@@ -150,13 +149,13 @@ impl Kernel for OfScan<'_> {
         let four = |column: &[f64; AROUND], at| four::<L>(machine, column, at);
         let splat = |value| L::splat(machine, value);
         let (zero, half, one) = (splat(0.0), splat(0.5), splat(1.0));
-        // None twice, all round.
+        // No neighbour is used twice when wrapping around.
         let beside = BESIDE.min(self.count.saturating_sub(1) / 2);
         let mut surfaces = Vec::with_capacity(self.count.next_multiple_of(LANES));
         for at in (LANES..LANES + self.count).step_by(LANES) {
             let [xs, ys, steps] = [xs, ys, &steps].map(|column| around(column, at));
             let (px, py) = (four(xs, BESIDE), four(ys, BESIDE));
-            // Sums over the neighbours as seen from the point, which itself adds nothing.
+            // Sums over the neighbours relative to the point, which itself adds nothing.
             let (mut n, mut x, mut y) = (one, zero, zero);
             let (mut xx, mut xy, mut yy) = (zero, zero, zero);
             let (mut after, mut before) = (one, one);
@@ -183,16 +182,16 @@ impl Kernel for OfScan<'_> {
             let spread = (lean * lean + xy * xy).sqrt();
             let (across, along) = (middle - spread, middle + spread);
             // The eigenvector of the larger eigenvalue is (spread + lean, xy) or (xy, spread -
-            // lean): the longer one. The square of its length is 2 spread (spread + |lean|).
+            // lean), whichever is longer. Its squared length is 2 spread (spread + |lean|).
             let long = spread + lean.abs();
             let per_length = one / ((spread + spread) * long).sqrt();
             let tx = lean.where_greater(zero, long, xy) * per_length;
             let ty = lean.where_greater(zero, xy, long) * per_length;
-            // Towards the sensor.
+            // Facing the sensor.
             let sign = (ty * px - tx * py).where_greater(zero, one, zero - one);
             let (nx, ny) = (zero - ty * sign, tx * sign);
             let off = (nx * x + ny * y) / n;
-            // A line, where this is not less than nothing.
+            // A line if this is not negative.
             let flat = splat(MAX_FLATNESS) * along - across;
             let flat = along.where_greater(n * n * splat(LEAST_SPREAD), flat, zero - one);
             let flat = n.where_greater(splat(FEWEST - 0.5), flat, zero - one);

@@ -1,4 +1,4 @@
-//! Every method on rooms and corridors whose pose is known; the parts against brute force.
+//! Every method on rooms and corridors whose pose is known; the parts compared with brute force.
 
 mod advice;
 mod basin;
@@ -44,7 +44,7 @@ fn corridor() -> Vec<Segment> {
     vec![wall(-1.0), wall(1.0)]
 }
 
-/// What 360 beams see from `pose`, up to 8 m, with so much noise.
+/// What 360 beams see from `pose`, up to 8 m, with this much noise.
 fn look(walls: &[Segment], pose: &Pose2, sigma: f64, seed: u64) -> Cloud {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let beams = (0..360).filter_map(|degree| {
@@ -76,7 +76,7 @@ fn every_method_finds_the_motion_between_two_scans_of_a_room() {
             let found = register(&moving, &fixed, &method);
             let off = found.estimate.pose.minus(&truth);
             let (shift, turn) = (off.xy().length(), off.z.abs());
-            // What pairs points with points errs by where they were sampled.
+            // Methods that pair points with points err by the distance between samples.
             let most = match name {
                 "point-to-line" | "surface-to-surface" | "correlation" => (0.005, 0.002),
                 _ => (0.06, 0.02),
@@ -115,13 +115,13 @@ fn every_method_says_that_a_corridor_tells_nothing_of_the_way_along() {
             direction.dot(&axis).abs() > 0.99,
             "{name}: {direction} {axis}"
         );
-        // Across and in its heading it is right all the same.
+        // Across the corridor and in its heading it is still right.
         let off = (here * found.estimate.pose).minus(&there);
         assert!(off.y.abs() < 0.03 && off.z.abs() < 0.02, "{name}: {off}");
     }
 }
 
-/// A method that is right by the covariance that it claims: NEES of 3 degrees of freedom.
+/// A method is right within the covariance that it claims: NEES with 3 degrees of freedom.
 #[test]
 fn covariances_of_points_to_lines_are_honest() {
     let (mut nees, mut count) = (0.0, 0.0);
@@ -190,7 +190,7 @@ fn clouds_of_nothing_or_of_one_place_are_answered() {
     ));
 }
 
-/// Options of ICP: each finds the motion as well.
+/// Each option of ICP finds the motion as well.
 #[test]
 fn every_form_of_icp_finds_the_motion() {
     let truth = Pose2::new(0.1, -0.1, 0.06);
@@ -258,7 +258,7 @@ fn every_form_of_icp_finds_the_motion() {
     }
 }
 
-/// Points without an order are registered by their surfaces, too.
+/// Points without an order are registered by their surfaces too.
 #[test]
 fn clouds_that_no_sensor_saw_are_registered() {
     let truth = Pose2::new(0.1, -0.1, 0.06);
@@ -279,7 +279,7 @@ fn clouds_that_no_sensor_saw_are_registered() {
     assert_eq!(found.verdict, Verdict::Converged);
 }
 
-/// A look for the nearest point by its bearing.
+/// A search for the nearest point by its bearing.
 struct Nearest<'a>(&'a Bearings, &'a Point2<f64>);
 
 impl Kernel for Nearest<'_> {
@@ -306,8 +306,8 @@ proptest! {
         prop_assert_eq!(few.len(), points.len().min(5));
     }
 
-    /// Of a wall all round, however it bends, the point nearest to a place near it is found by its
-    /// bearing.
+    /// For a wall all round, however it bends, the bearing finds the point nearest to a place near
+    /// the wall.
     #[test]
     fn the_nearest_point_by_bearing_is_the_nearest_of_a_smooth_wall(
         bend in 0.0..0.3_f64, lobes in 1..5_u32, bearing in 0.0..std::f64::consts::TAU, off in -0.2..0.2_f64,
@@ -329,7 +329,7 @@ proptest! {
     }
 }
 
-/// What a cloud takes for its noise is the noise that was added; corners and gaps do not count.
+/// The noise that a cloud estimates is the noise that was added; corners and gaps do not count.
 #[test]
 fn noise_of_a_cloud_is_that_of_its_sensor() {
     for sigma in [0.005, 0.01, 0.02] {

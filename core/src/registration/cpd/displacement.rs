@@ -10,7 +10,7 @@ use super::posterior::Posterior;
 
 pub(super) struct Smooth {
     kernel: DMatrix<f64>,
-    /// A row a point.
+    /// One row for each point.
     weights: DMatrix<f64>,
 }
 
@@ -28,7 +28,7 @@ impl Smooth {
         }
     }
 
-    /// The M step; σ² after it.
+    /// The M step. Returns the new σ².
     pub(super) fn fit(
         &mut self,
         start: &[Point2<f64>],
@@ -55,7 +55,7 @@ impl Smooth {
         }
         self.weights = system.lu().solve(&right)?;
         let moved = &self.kernel * &self.weights;
-        // σ² by what every fixed point is away from where its owners came to.
+        // σ² from how far every fixed point is from the new places of the points it is assigned to.
         let x_square: f64 = (x.iter().zip(&owed.of_fixed))
             .map(|(x, part)| x.coords.norm_squared() * part)
             .sum();

@@ -1,16 +1,16 @@
-//! Coherent point drift: the moving cloud is taken for the centres of a mixture of Gaussians, from
+//! Coherent point drift: the moving cloud is treated as the centres of a mixture of Gaussians, from
 //! which the fixed cloud was drawn.
 //!
-//! In: two clouds, and what kind of motion lies between them. Out: where the moving points come to.
+//! In: two clouds, and the kind of motion between them. Out: where the moving points end up.
 //!
 //! 1. Both clouds are **normalised**: moved to mean 0 and scaled by one number. σ² begins as the
 //!    mean squared distance of all pairs (1.44).
-//! 2. **E**: how much of each fixed point is owed to each moving point, and how much to outliers,
-//!    of which there is a part w (1.45). Only sums of these are needed (`posterior`).
-//! 3. **M**: the motion that makes the owed squared distances least, and from it σ²
-//!    ((1.46)-(1.53)).
-//! 4. It ends when σ² is next to nothing, when nothing changes for some iterations, or after the
-//!    last iteration; where σ² is still wide after a while it has failed.
+//! 2. **E**: the probability that each fixed point belongs to each moving point, or to the
+//!    outliers, which are a part w of all (1.45). Only sums of these are needed (`posterior`).
+//! 3. **M**: the motion that minimises the squared distances weighted by these probabilities, and
+//!    from it σ² ((1.46)-(1.53)).
+//! 4. It ends when σ² is almost zero, when nothing changes for some iterations, or after the last
+//!    iteration. If σ² is still wide after a given number of iterations, it has failed.
 //! 5. The result is **de-normalised**.
 //!
 //! Source: Myronenko & Song (2010), "Point set registration: coherent point drift"; numbers as in
@@ -64,7 +64,7 @@ config! {
 }
 
 impl CpdConfig {
-    /// As in Pilch (2016): what is not found after 30 iterations has failed.
+    /// As in Pilch (2016): what is not found within 30 iterations has failed.
     #[must_use]
     pub fn pilch() -> Self {
         Self {
@@ -74,7 +74,7 @@ impl CpdConfig {
     }
 }
 
-/// What kind of motion lies between two clouds.
+/// The kind of motion between two clouds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CpdKind {
     /// A rotation and a shift.
@@ -98,30 +98,30 @@ impl CpdKind {
 /// How two clouds drifted onto each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
-    /// Where each moving point came to, in the fixed frame, m.
+    /// Where each moving point ended up, in the fixed frame, m.
     pub moved: Vec<Point2<f64>>,
-    /// The map that took it there; `None` of a motion that is not linear.
+    /// The map that took it there; `None` if the motion is not linear.
     pub map: Option<AffineMap>,
     /// σ of the mixture at the end, m.
     pub sigma: f64,
     /// Iterations taken.
     pub iterations: usize,
-    /// Whether it ended because nothing changed any more, and σ² was small enough in time.
+    /// Whether it ended because nothing changed any more, and σ² became small enough in time.
     pub is_settled: bool,
 }
 
-/// Why clouds cannot drift.
+/// Why two clouds cannot be registered by drift.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CpdError {
-    /// Fewer points fix no motion of this kind.
+    /// Fewer points do not fix a motion of this kind.
     #[error("the {cloud} cloud has {found} points, expected at least {least}")]
     TooFewPoints {
-        /// Which of both.
+        /// Which of the two.
         cloud: &'static str,
         /// How many there are.
         found: usize,
-        /// How many it takes.
+        /// How many are needed.
         least: usize,
     },
     /// Every moving point of a non-rigid motion is an unknown of a dense system.
@@ -129,31 +129,31 @@ pub enum CpdError {
     TooManyPoints {
         /// How many there are.
         found: usize,
-        /// How many there may be.
+        /// How many are allowed.
         most: usize,
     },
-    /// A coordinate that is not a number.
+    /// A coordinate is not a number.
     #[error("the {cloud} cloud: point {index} is not finite")]
     NotFinite {
-        /// Which of both.
+        /// Which of the two.
         cloud: &'static str,
         /// The point.
         index: usize,
     },
-    /// All points of a cloud in one place.
+    /// All points of a cloud lie in one place.
     #[error("all points lie in one place")]
     NoExtent,
 }
 
-/// Most moving points of a non-rigid motion: a system of so many unknowns is solved in each
-/// iteration.
+/// Most moving points of a non-rigid motion: each iteration solves a system with this many
+/// unknowns.
 pub const MOST_NON_RIGID: usize = 1000;
-/// A change of σ² that is none, in parts of it.
+/// A relative change of σ² below this counts as none.
 const STILL: f64 = 1e-3;
 
 /// Lets `moving` drift onto `fixed`.
 ///
-/// # Errors    [`CpdError`]: too few points, or too many, or what is none.
+/// # Errors    [`CpdError`]: too few points, too many, or invalid ones.
 pub fn drift(
     moving: &[Point2<f64>],
     fixed: &[Point2<f64>],
@@ -163,7 +163,7 @@ pub fn drift(
     drift_watched(moving, fixed, kind, config, &mut ())
 }
 
-/// [`drift`], with somebody who looks.
+/// [`drift`], with a [`Watch`] that sees each iteration.
 pub(super) fn drift_watched<W: Watch>(
     moving: &[Point2<f64>],
     fixed: &[Point2<f64>],
@@ -205,7 +205,7 @@ pub(super) fn drift_watched<W: Watch>(
             break;
         };
         motion.apply(&start, &mut y);
-        // A perfect fit has no width; half of the least that is looked at stands for it.
+        // A perfect fit has zero width; half of the least variance stands in for it.
         variance = after.max(0.5 * config.least_variance);
         still = if (variance - before).abs() < STILL * before {
             still + 1
@@ -293,7 +293,7 @@ impl Normalised {
         points.iter().map(moved).collect()
     }
 
-    /// The motion between the clouds as they were, if it is linear.
+    /// The motion between the original clouds, if it is linear.
     fn map(&self, motion: &Motion) -> Option<AffineMap> {
         motion.linear().map(|(linear, shift)| {
             let to = self.fixed_mean + shift * self.scale;
@@ -304,7 +304,7 @@ impl Normalised {
         })
     }
 
-    /// Each point, and the mean of what it is owed.
+    /// Each point, and the mean of the fixed points that belong to it.
     fn iteration(
         &self,
         y: &[Point2<f64>],
@@ -324,13 +324,13 @@ impl Normalised {
         Iteration::of(pose, variance.sqrt() * self.scale, pairs)
     }
 
-    /// A point of the fixed frame, as it was.
+    /// A point of the fixed frame, in original coordinates.
     fn back(&self, point: &Point2<f64>) -> Point2<f64> {
         Point2::from(point.coords * self.scale + self.fixed_mean)
     }
 }
 
-/// (1.44): the mean squared distance of all pairs, in a direction.
+/// (1.44): the mean squared distance of all pairs, per direction.
 fn mean_square(y: &[Point2<f64>], x: &[Point2<f64>]) -> f64 {
     let moments = |points: &[Point2<f64>]| {
         let count = points.len() as f64;
@@ -342,7 +342,7 @@ fn mean_square(y: &[Point2<f64>], x: &[Point2<f64>]) -> f64 {
     0.5 * (x_square + y_square - 2.0 * x_mean.dot(&y_mean))
 }
 
-/// Of less than this, nothing is owed at all.
+/// Below this sum of probabilities, no point belongs to any other.
 const NOTHING_OWED: f64 = 1e-9;
 
 /// The motion so far.
@@ -360,8 +360,8 @@ struct Linear {
 }
 
 impl Linear {
-    /// The M step, `sums` being of the points as this took them there: one more linear motion goes
-    /// after it. σ² then.
+    /// The M step. `sums` are of the points as moved by this motion, and one more linear motion is
+    /// composed onto it. Returns the new σ².
     fn go_on(&mut self, sums: &Sums, config: &CpdConfig) -> Option<f64> {
         if sums.total < NOTHING_OWED {
             return None;

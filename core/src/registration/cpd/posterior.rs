@@ -1,13 +1,13 @@
 //! The E step: sums of (1.45) over fixed and moving points.
 //!
-//! p_mn = k_mn / (Σ_m k_mn + c) with k_mn = exp(-|x_n - y_m|² / 2σ²) and
-//! c = 2πσ² w/(1-w) M/N. What the M step needs of it: P1, P X and Pᵀ1 ([`Posterior`]). A linear
-//! motion needs less: of each fixed point, Σ p, Σ p d and Σ p d dᵀ of d = y_m - x_n ([`Pull`]). Its
-//! sums stay in registers, for the denominator is divided by when they are complete.
+//! p_mn = k_mn / (Σ_m k_mn + c) with k_mn = exp(-|x_n - y_m|² / 2σ²) and c = 2πσ² w/(1-w) M/N. The
+//! M step needs only P1, P X and Pᵀ1 ([`Posterior`]). A linear motion needs less: for each fixed
+//! point, Σ p, Σ p d and Σ p d dᵀ of d = y_m - x_n ([`Pull`]). Its sums stay in registers, because
+//! the division by the denominator comes after they are complete.
 //!
-//! Few points, and near ones, are taken pair by pair, in single precision. Which are near is kept
-//! while points move by next to nothing, as they do in most iterations. Many points that all hear
-//! each other go through the Gauss transform twice, (1.54) and (1.55).
+//! If points are few, or few are near each other, the sums are taken pair by pair, in single
+//! precision. Which points are near is remembered while points hardly move, as in most iterations.
+//! Many points that all affect each other go through the Gauss transform twice, (1.54) and (1.55).
 
 use std::f64::consts::{LOG2_E, PI};
 use std::ops::Range;
@@ -20,27 +20,28 @@ use super::super::gauss_transform::{
 use super::CpdConfig;
 use crate::lanes::{self, EIGHT, Eight, Kernel, Lanes, total_of_eight};
 
-/// Points are taken for near as if σ were so many times as wide: they may move a little, and stay
-/// so.
+/// The neighbour search uses σ times this factor, so points may move a little and stay in the
+/// lists.
 const SPARE: f64 = 1.02;
-/// Points that were looked for in a radius more than so many times as wide as it takes are looked
-/// for anew.
+/// If the radius of the last search is more than this factor larger than needed, neighbours are
+/// searched again.
 const MOST_SPARE: f64 = 1.1;
 
-/// Numbers of moving points, worked on side by side.
+/// Coordinates of moving points, processed side by side.
 type Group = [f32; EIGHT];
 
-/// Which moving points are near which fixed ones.
+/// Which moving points are near each fixed point.
 pub(super) struct Near {
     /// Where the moving points were.
     places: Vec<Point2<f64>>,
-    /// They in the order of their cells.
+    /// Their indices in the order of their cells.
     order: Vec<u32>,
-    /// Groups of them, and of each fixed point where its own end in that list.
+    /// Runs of groups of moving points, and for each fixed point the end of its own runs in that
+    /// list.
     runs: Vec<Range<usize>>,
     ends: Vec<usize>,
     radius: f64,
-    /// The σ whose points are all within the radius.
+    /// The largest σ for which all relevant points are within the radius.
     sigma: f64,
 }
 
@@ -59,7 +60,7 @@ impl Near {
             for run in cells.near(fixed).filter(|run| !run.is_empty()) {
                 let start = run.start / EIGHT;
                 let end = run.end.div_ceil(EIGHT);
-                // Neighbours that share a group are joined.
+                // Adjacent runs that share a group are merged.
                 match near.runs.get_mut(first..).and_then(<[_]>::last_mut) {
                     Some(last) if start <= last.end => last.end = last.end.max(end),
                     _ => near.runs.push(start..end),
@@ -71,7 +72,7 @@ impl Near {
         near
     }
 
-    /// The runs of a fixed point, the one before having ended at `begin`.
+    /// The runs of a fixed point; the previous point's runs ended at `begin`.
     #[inline(always)]
     fn of_fixed(&self, index: usize, begin: &mut usize) -> &[Range<usize>] {
         let end = self.ends.get(index).copied().unwrap_or(*begin);
@@ -80,7 +81,7 @@ impl Near {
         runs.unwrap_or_default()
     }
 
-    /// Whether all that is near is still among them, and not much else.
+    /// Whether the lists still contain all points that are near, and not many others.
     pub(super) fn holds(&self, y: &[Point2<f64>], sigma: f64) -> bool {
         let reach = self.radius * sigma / self.sigma;
         let spare = self.radius - reach;
@@ -90,7 +91,7 @@ impl Near {
     }
 }
 
-/// What a moving point is owed.
+/// The sums for one moving point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Owed {
     /// A row of P1.
@@ -109,7 +110,7 @@ pub(super) struct Posterior {
     pub(super) total: f64,
 }
 
-/// How the sums are taken.
+/// How the sums are computed.
 enum Way<'a> {
     Transform,
     /// Over all pairs, or those that are near.
@@ -117,7 +118,7 @@ enum Way<'a> {
 }
 
 impl<'a> Way<'a> {
-    /// The way of least work; `near` is what was near before, and is now.
+    /// The way that takes the least work; `near` holds the lists from before, and is updated.
     fn of(
         y: &[Point2<f64>],
         x: &[Point2<f64>],
@@ -138,7 +139,7 @@ impl<'a> Way<'a> {
     }
 }
 
-/// c: what outliers have in each denominator.
+/// c: the part of outliers in each denominator.
 fn by_outliers(y: &[Point2<f64>], x: &[Point2<f64>], variance: f64, config: &CpdConfig) -> f64 {
     let w = config.outliers.clamp(0.0, 0.999);
     2.0 * PI * variance * w / (1.0 - w) * y.len() as f64 / x.len() as f64
@@ -170,7 +171,7 @@ impl Posterior {
     }
 }
 
-/// Where the moving points lie that a fixed one is owed to, as seen from it.
+/// The moving points that a fixed point belongs to, relative to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pull {
     /// Σ p: a row of Pᵀ1.
@@ -183,9 +184,9 @@ pub(super) struct Pull {
 
 /// The sums of one E step for a linear motion.
 pub(super) enum Pulls {
-    /// Of each fixed point.
+    /// For each fixed point.
     OfFixed(Vec<Pull>),
-    /// Where the Gauss transform was taken.
+    /// If the Gauss transform was used.
     OfBoth(Posterior),
 }
 
@@ -215,7 +216,7 @@ impl Pulls {
     }
 }
 
-/// Moving points by columns, times `root`, in the order of their cells where there are such.
+/// Moving points by columns, times `root`, in the order of their cells if they are sorted.
 struct Columns {
     x: Vec<Group>,
     y: Vec<Group>,
@@ -226,7 +227,7 @@ impl Columns {
     fn of(points: &[Point2<f64>], near: Option<&Near>, scale: f64) -> Self {
         // exp(-d² scale) = 2^-(d root)².
         let root = (scale * LOG2_E).sqrt();
-        // Whole groups, the last ones of points that are too far to be owed anything.
+        // Whole groups; the last one is padded with points that are too far away to count.
         let groups = points.len().div_ceil(EIGHT);
         let (mut x, mut y) = (vec![[FAR; EIGHT]; groups], vec![[FAR; EIGHT]; groups]);
         let places = x.as_flattened_mut().iter_mut().zip(y.as_flattened_mut());
@@ -310,7 +311,7 @@ fn by_pairs(
     Posterior::of_sums(of_moving, of_fixed)
 }
 
-/// Where nothing is: its exponential is as good as none.
+/// A place so far away that its exponential is practically zero.
 const FAR: f32 = 1e12;
 
 /// All pairs, or those that are near.
@@ -455,7 +456,8 @@ impl Kernel for PullsOfPairs<'_> {
     }
 }
 
-/// From a fixed point to moving ones, and their k_mn, all places times the root of the scale.
+/// Offsets from a fixed point to moving ones, and their k_mn; all places are multiplied by the root
+/// of the scale.
 #[inline(always)]
 fn group<L: Lanes>(
     machine: L::Machine,

@@ -1,10 +1,10 @@
-//! The linear motion that makes the owed squared distances least: (1.46)-(1.53).
+//! The linear motion that minimises the squared distances weighted by p_mn: (1.46)-(1.53).
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
 use super::posterior::{Posterior, Pull, Pulls};
 
-/// What the closed forms are made of: (1.46).
+/// The sums that the closed forms need: (1.46).
 pub(super) struct Sums {
     /// N_P.
     pub(super) total: f64,
@@ -18,11 +18,11 @@ pub(super) struct Sums {
     x_square: f64,
 }
 
-/// B, t and σ² after it.
+/// B, t and the σ² that results.
 type Fit = (Matrix2<f64>, Vector2<f64>, f64);
 
 impl Sums {
-    /// Of moving points as they lie, and fixed ones.
+    /// From moving points at their present places, and fixed points.
     pub(super) fn of(y: &[Point2<f64>], x: &[Point2<f64>], pulls: &Pulls) -> Self {
         match pulls {
             Pulls::OfFixed(pulls) => Self::of_fixed(x, pulls),
@@ -66,7 +66,7 @@ impl Sums {
         Self::about_means(total, x_sum, y_sum, across, y_spread, x_square)
     }
 
-    /// Of sums that are not yet about the means.
+    /// From sums that are not yet taken about the means.
     fn about_means(
         total: f64,
         x_sum: Vector2<f64>,
@@ -86,8 +86,8 @@ impl Sums {
         }
     }
 
-    /// (1.47)-(1.50). In the plane R = U C Vᵀ is the rotation by the angle of A's antisymmetric
-    /// part beside its trace.
+    /// (1.47)-(1.50). In the plane, R = U C Vᵀ is the rotation whose angle follows from A's
+    /// antisymmetric part and its trace.
     pub(super) fn rigid(&self, scales: bool) -> Option<Fit> {
         let a = &self.across;
         let (cos, sin) = (a[(0, 0)] + a[(1, 1)], a[(1, 0)] - a[(0, 1)]);

@@ -1,4 +1,4 @@
-//! Against (1.45)-(1.53) as they are written, with dense matrices and an SVD.
+//! Compared with (1.45)-(1.53) as written, with dense matrices and an SVD.
 
 use nalgebra::{DMatrix, Matrix2, Point2, Vector2};
 use rand::{RngExt, SeedableRng};
@@ -16,7 +16,7 @@ fn cloud(count: usize, seed: u64) -> Vec<Point2<f64>> {
         .collect()
 }
 
-/// P as it is written, a row a moving point.
+/// P as written, one row per moving point.
 fn plain(y: &[Point2<f64>], x: &[Point2<f64>], variance: f64, w: f64) -> DMatrix<f64> {
     let c = 2.0 * std::f64::consts::PI * variance * w / (1.0 - w) * y.len() as f64 / x.len() as f64;
     let k = DMatrix::from_fn(y.len(), x.len(), |m, n| {
@@ -36,7 +36,7 @@ fn sums_of_the_posterior_are_those_of_the_dense_matrix() {
     ] {
         let (mut y, x) = (cloud(m, 1), cloud(n, 2));
         let mut near = None;
-        // What was near is kept where points hardly move, and looked for anew where they do.
+        // The neighbours are kept where points hardly move, and searched again where they do.
         for step in [0.0, 1e-4, 0.1] {
             for point in &mut y {
                 point.x += step;
@@ -82,7 +82,7 @@ fn is_like_the_dense_matrix(
             spread += (y - x) * (y - x).transpose() * *p;
         }
         assert!((column.sum() - pull.part).abs() < 1e-4, "{m} {variance}");
-        // Of what is not near, so little is left out, but it lies up to 10 σ away.
+        // Little is left out by ignoring distant points, but they lie up to 10 σ away.
         let most = if near.is_some() { 10.0 } else { 1.0 };
         let error = (off - pull.off).length() / variance.sqrt();
         assert!(error < 1e-4 * most, "{m} {variance}: {error}");
@@ -164,8 +164,8 @@ fn motions_are_those_of_the_closed_forms() {
     }
 }
 
-/// Clouds that are copies come to lie on each other, to what single precision and the width at
-/// which it ends leave.
+/// Clouds that are copies end up on each other, to within single precision and the width at which
+/// the iteration ends.
 #[test]
 fn copies_drift_onto_each_other() {
     let y = cloud(150, 5);
@@ -191,7 +191,7 @@ fn copies_drift_onto_each_other() {
     }
 }
 
-/// The same affine pair takes 45 iterations, which is later than Pilch waits.
+/// The same affine pair takes 45 iterations, longer than Pilch waits.
 #[test]
 fn what_is_found_late_has_failed_where_that_is_asked_for() {
     let y = cloud(150, 5);
@@ -260,7 +260,7 @@ fn what_is_no_cloud_is_refused() {
         drift(&same, &same, CpdKind::Rigid, &config),
         Err(CpdError::NoExtent)
     );
-    // Equal points beside others are no more than points.
+    // Points that coincide with others count like any other points.
     let mut doubled = some.clone();
     doubled.extend(some.iter().copied());
     assert!(drift(&doubled, &some, CpdKind::Rigid, &config).is_ok());

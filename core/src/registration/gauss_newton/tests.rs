@@ -1,4 +1,4 @@
-//! Matching against known poses, central differences, Monte Carlo, and in corridors.
+//! Matching compared with known poses, central differences, Monte Carlo runs, and in corridors.
 
 use nalgebra::Point2;
 use proptest::prelude::*;
@@ -85,7 +85,7 @@ proptest! {
         x in -0.05..0.05_f64, y in -0.05..0.05_f64, t in -0.02..0.02_f64, method in 0..2_usize,
     ) {
         let (_, method, _) = RegistrationMethod::ALL[method];
-        // With a kernel so wide that it says nothing, the cost is half the sum of squares.
+        // With a kernel so wide that it has no effect, the cost is half the sum of squares.
         let (points, map, config) = (room(), map_of(&room()), MatchConfig { method, ..MatchConfig::default() });
         let cost = |dx: f64, dy: f64, dt: f64| {
             let pose = Pose2::new(x + dx, y + dy, t + dt);
@@ -96,7 +96,7 @@ proptest! {
         let numeric = Vector3::new(
             cost(h, 0.0, 0.0) - cost(-h, 0.0, 0.0), cost(0.0, h, 0.0) - cost(0.0, -h, 0.0), cost(0.0, 0.0, h) - cost(0.0, 0.0, -h),
         ) / (2.0 * h);
-        // A point that changes its cell between the two sides makes a jump; few starts meet one.
+        // A point that changes its cell between the two sides causes a jump; few starts meet one.
         prop_assume!((numeric - found.gradient).length() < 10.0);
         prop_assert!((numeric - found.gradient).length() < 1e-3 * (1.0 + found.gradient.length()), "{} {}", numeric, found.gradient);
     }
@@ -157,8 +157,8 @@ fn corridor_reports_the_direction_along_it_and_keeps_the_prior_there() {
 fn noisy_normals_along_a_corridor_do_not_pull_the_pose_off_a_weak_prior() {
     use rand::{RngExt, SeedableRng};
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-    // Normals 0.1 rad off: they seem to tell the way along the walls with a hundredth of the
-    // points' say.
+    // Normals 0.1 rad off: they seem to determine the direction along the walls with a hundredth of
+    // the points' information.
     let mut crooked = || {
         let mut points = walls(&[((-5.0, -1.0), (5.0, -1.0)), ((5.0, 1.0), (-5.0, 1.0))]);
         for point in &mut points {
@@ -174,7 +174,8 @@ fn noisy_normals_along_a_corridor_do_not_pull_the_pose_off_a_weak_prior() {
         panic!("{found:?}")
     };
     assert!(direction.x.abs() > 0.99, "{direction}");
-    // A prior of 30 m keeps the way along the corridor to the millimetre, and its own doubt of it.
+    // A prior of 30 m keeps the position along the corridor to the millimetre, and its own
+    // uncertainty there.
     let pose = found.estimate.pose;
     assert!((pose.x() - 0.15).abs() < 5e-3, "{pose:?}");
     assert!(pose.y().abs() < 0.01 && pose.heading().abs() < 2e-3);
@@ -195,7 +196,7 @@ fn silencing_a_motion_leaves_what_is_said_of_the_others() {
     let gradient = sums.gradient;
     sums.silence(&free);
     assert!((sums.hessian * free).length() < 1e-12 && sums.gradient.dot(&free).abs() < 1e-12);
-    // Where the way along it is free, what is left is the least that the cost can be: the Schur
+    // Where the direction along it is free, what remains is the minimum of the cost: the Schur
     // complement.
     for other in [Vector3::x(), Vector3::new(0.2, -1.0, 0.7)] {
         let cost = |t: f64| {

@@ -1,32 +1,33 @@
-//! Points sorted into the cells of a grid, row by row, so that those near a place lie in a few
+//! Points sorted into the cells of a grid, row by row, so all points near a place lie in a few
 //! runs.
 
 use std::ops::Range;
 
 use nalgebra::Point2;
 
-/// Cells across the radius of a search; more have less in them that is too far, and more runs.
+/// Cells across the radius of a search. More cells include fewer points that are too far away, but
+/// need more runs.
 const CELLS_A_RADIUS: f64 = 2.0;
-/// More cells than this a point are made larger.
+/// With more cells than this per point, the cells are made larger.
 const MOST_CELLS_A_POINT: f64 = 4.0;
 
-/// Where the points of each cell are in the sorted order.
+/// The range of each cell's points in the sorted order.
 pub(crate) struct Cells {
     least: Point2<f64>,
-    /// Cells of a metre.
+    /// Cells per metre.
     per_metre: f64,
     /// m.
     pub(crate) radius: f64,
     columns: usize,
     rows: usize,
-    /// Of each cell and one beyond, the first of its points.
+    /// For each cell and one beyond, the index of its first point.
     first: Vec<u32>,
-    /// The points' places in the list that was given.
+    /// The points' indices in the given list.
     pub(crate) order: Vec<u32>,
 }
 
 impl Cells {
-    /// Cells to find what is nearer than `radius`, m.
+    /// Cells for finding points nearer than `radius`, m.
     pub(crate) fn of(points: &[Point2<f64>], radius: f64) -> Self {
         let first = points.first().copied().unwrap_or_default();
         let (mut least, mut most) = (first, first);
@@ -81,13 +82,13 @@ impl Cells {
         cells
     }
 
-    /// The runs of points, in the sorted order, that hold all that is nearer to `place` than the
-    /// radius, and some more.
+    /// The runs of points, in the sorted order, that contain all points within the radius of
+    /// `place`, and some more.
     pub(crate) fn near(&self, place: &Point2<f64>) -> impl Iterator<Item = Range<usize>> {
         let span = |along: f64, least: f64, count: usize| {
             let from = ((along - self.radius - least) * self.per_metre).max(0.0);
             let to = (along + self.radius - least) * self.per_metre;
-            // Beyond the last cell there is nothing, and before the first.
+            // Before the first cell and beyond the last there is nothing.
             match to < 0.0 || from >= count as f64 {
                 true => 0..0,
                 false => from as usize..(to as usize + 1).min(count),
@@ -117,7 +118,7 @@ impl Cells {
         })
     }
 
-    /// How many pairs all of these targets have.
+    /// How many pairs all of these targets have together.
     pub(super) fn pairs(&self, targets: &[Point2<f64>]) -> f64 {
         let of = |target| self.near(target).map(|run| run.len()).sum::<usize>();
         targets.iter().map(of).sum::<usize>() as f64

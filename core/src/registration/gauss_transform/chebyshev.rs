@@ -2,7 +2,7 @@
 //!
 //! The plane is cut into boxes of half-side a = r √2 σ. For a box of sources and one of targets,
 //! the kernel is interpolated at p Chebyshev nodes in each direction of each box: g(t - s) ≈ Σ c_jk
-//! T_j(t) T_k(s), by x and by y apart, for the Gaussian is their product.
+//! T_j(t) T_k(s), separately in x and y, because the Gaussian is their product.
 //!
 //! 1. Each box of sources: moments Σ q T_j(x) T_k(y).
 //! 2. Each pair of boxes that are not too far apart: the moments, times the coefficients of x and
@@ -12,7 +12,7 @@
 //! Error: in units of √2 σ the p-th derivative of exp(-u²) is below 1.09 √(2^p p!) (Cramér), so
 //! interpolating one variable errs by at most e = 2.18 (r/√2)^p / √p!, and both variables of one
 //! direction by E = e (1 + Λ), Λ being the Lebesgue constant of the nodes; both directions by 2 E +
-//! E². p is the least for which that and what lies beyond reach are below what is allowed.
+//! E². p is the least for which this plus the part beyond reach is below the error allowed.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_2_PI, PI, SQRT_2};
@@ -27,11 +27,11 @@ use crate::lanes::widened;
 const HALF_SIDES: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 /// Most nodes in a direction.
 const MOST_NODES: usize = 48;
-/// Share of the error that may come from what lies beyond reach.
+/// Part of the error that may come from sources beyond reach.
 const BEYOND: f64 = 0.1;
-/// What a product costs beside a pair.
+/// Cost of a product, relative to a pair.
 const PRODUCT: f64 = 0.15;
-/// What an exponential by libm costs beside a pair.
+/// Cost of an exponential by libm, relative to a pair.
 const EXPONENTIAL: f64 = 12.0;
 
 /// How boxes are cut.
@@ -39,14 +39,14 @@ pub(in crate::registration) struct Plan {
     nodes: usize,
     /// m.
     half_side: f64,
-    /// How far apart boxes are that hear each other, in boxes.
+    /// How far apart boxes may be to affect each other, in boxes.
     boxes: i64,
-    /// In multiples of what a pair costs.
+    /// In multiples of the cost of a pair.
     pub(super) work: f64,
 }
 
 impl Plan {
-    /// The way to cut boxes that makes the least work.
+    /// The way to cut boxes that takes the least work.
     pub(super) fn of(
         sources: &[Point2<f64>],
         targets: &[Point2<f64>],
@@ -66,8 +66,8 @@ impl Plan {
             let pairs = to * from.min((2.0 * boxes + 1.0) * (2.0 * boxes + 1.0));
             let (n, points) = (nodes as f64, (sources.len() + targets.len()) as f64);
             let products = points * (n * n + 8.0 * n) + pairs * 2.0 * n * n * n;
-            // The coefficients of each distance of boxes: exponentials, and two products of
-            // matrices.
+            // The coefficients for each distance between boxes: exponentials, and two matrix
+            // products.
             let distances = 2.0 * boxes + 1.0;
             let coefficients = distances * (EXPONENTIAL * n * n + PRODUCT * 2.0 * n * n * n);
             Self {
@@ -94,7 +94,7 @@ impl Plan {
 
 /// How far points spread, m.
 fn extent(points: &[Point2<f64>]) -> [f64; 2] {
-    // Points are finite: no look for NaN, as `f64::min` takes.
+    // Points are finite, so no check for NaN as in `f64::min`.
     let lesser = |a: f64, b: f64| if b < a { b } else { a };
     let greater = |a: f64, b: f64| if b > a { b } else { a };
     let (mut least, mut most) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -107,14 +107,14 @@ fn extent(points: &[Point2<f64>]) -> [f64; 2] {
     [0, 1].map(|axis| greater(most[axis] - least[axis], 0.0))
 }
 
-/// About how many boxes so many points occupy: by their extent, and never more than there are
+/// About how many boxes this many points occupy: from their extent, but never more than there are
 /// points.
 fn occupied(count: usize, extent: [f64; 2], half_side: f64) -> f64 {
     let [x, y] = extent.map(|along| along / (2.0 * half_side) + 1.0);
     (x * y).min(count as f64)
 }
 
-/// The least number of nodes that errs by no more than `error`.
+/// The least number of nodes whose error is at most `error`.
 fn nodes(r: f64, error: f64) -> usize {
     let mut one = 2.18;
     for nodes in 1..=MOST_NODES {
@@ -156,7 +156,7 @@ pub(super) fn transform<const K: usize>(
 /// Points in boxes, by row and column.
 struct Boxes(BTreeMap<(i64, i64), Vec<InBox>>);
 
-/// A point: its place in the list, and within the box, -1 to 1.
+/// A point: its index in the list, and its place within the box, -1 to 1.
 type InBox = (usize, [f64; 2]);
 
 impl Boxes {
@@ -178,7 +178,7 @@ impl Boxes {
     }
 }
 
-/// Of each distance of boxes, from `-boxes` to `boxes`: c_jk of T_j(t) T_k(s).
+/// For each distance between boxes, from `-boxes` to `boxes`: c_jk of T_j(t) T_k(s).
 struct Coefficients {
     nodes: usize,
     boxes: i64,
@@ -190,7 +190,7 @@ impl Coefficients {
         let p = plan.nodes;
         let angle = |node: usize| PI * (node as f64 + 0.5) / p as f64;
         let places: Vec<f64> = (0..p).map(|node| libm::cos(angle(node))).collect();
-        // T_j at the nodes, scaled so that it takes values to coefficients.
+        // T_j at the nodes, scaled so that it turns values into coefficients.
         let to_coefficients = |j: usize, node: usize| {
             let scale = if j == 0 { 1.0 } else { 2.0 };
             scale / p as f64 * libm::cos(j as f64 * angle(node))
@@ -233,8 +233,8 @@ impl Coefficients {
     }
 }
 
-/// Adds A B to `sums`, all of them square matrices row by row: whole rows at a time, which
-/// compilers make wide.
+/// Adds A B to `sums`, all of them square matrices row by row. It works on whole rows, which
+/// compilers vectorise.
 #[inline(always)]
 fn add_product(a: &[f64], b: &[f64], sums: &mut [f64], size: usize) {
     for (sums, row) in sums.chunks_exact_mut(size).zip(a.chunks_exact(size)) {
@@ -298,7 +298,7 @@ impl<const K: usize> NullaryFnOnce for Transform<'_, K> {
                 let to = (row - away, column + reach);
                 for ((_, other), sums) in moments.range(from..=to) {
                     let by_x = self.coefficients.apart(column - other);
-                    // Transposed, for the kernel is even.
+                    // Transposed, because the kernel is even.
                     let by_y = self.coefficients.apart(-away);
                     for (local, moments) in local.iter_mut().zip(sums) {
                         half.fill(0.0);

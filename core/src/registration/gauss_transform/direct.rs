@@ -9,7 +9,7 @@ use super::Cells;
 use super::exp::exp_f64;
 use crate::lanes::widened;
 
-/// Sources summed side by side, in one order on every machine.
+/// Sources summed side by side, in the same order on every machine.
 const SIDE_BY_SIDE: usize = 8;
 
 /// Over all sources.

@@ -1,8 +1,8 @@
-//! The exponential of what is not positive, as arithmetic that compilers make wide.
+//! The exponential of non-positive numbers, as arithmetic that compilers vectorise.
 //!
-//! exp(x) = 2^k exp(r) with k the whole number nearest to x log₂e; exp(r) by its Taylor series, 2^k
-//! by its bits. What is too small for a normal number comes out as the smallest one or so, never as
-//! a denormal, which would cost a hundred times as much.
+//! exp(x) = 2^k exp(r) with k the integer nearest to x log₂e; exp(r) by its Taylor series, 2^k by
+//! its bits. A result too small for a normal number becomes about the smallest one, never a
+//! denormal, which would cost a hundred times as much.
 
 use std::f32::consts::LN_2;
 use std::f64::consts::LOG2_E;
@@ -12,7 +12,7 @@ use crate::lanes::Eight;
 /// exp(x) for x ≤ 0, to a relative error of 1e-14.
 #[inline(always)]
 pub(super) fn exp_f64(x: f64) -> f64 {
-    /// What is added ends in the whole number: its last bit counts 1.
+    /// Adding this rounds to an integer: its last bit counts 1.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     // ln 2 in two parts, so that k ln 2 is exact in the first.
     const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
@@ -41,13 +41,13 @@ pub(super) fn exp_f64(x: f64) -> f64 {
     series * f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52)
 }
 
-/// 2^-x for x ≥ 0, to a relative error of 3e-7: fewer steps than exp, where exponents can be scaled
-/// beforehand.
+/// 2^-x for x ≥ 0, to a relative error of 3e-7. It takes fewer steps than exp, where exponents can
+/// be scaled beforehand.
 #[inline(always)]
 pub(in crate::registration) fn exp2_of_minus<E: Eight>(machine: E::Machine, x: E) -> E {
     const ROUND: f32 = 12_582_912.0;
-    /// 2^r = 1 + r (ln 2 + b r + …) for |r| ≤ ½: of all of this degree that begin so the one whose
-    /// relative error, 1e-7, is least (Remez).
+    /// 2^r = 1 + r (ln 2 + b r + …) for |r| ≤ ½: of all polynomials of this degree that begin so,
+    /// the one with the least relative error, 1e-7 (Remez).
     const SERIES: [f32; 4] = [0.009_669_691, 0.055_505_585, 0.240_222_83, LN_2];
     let splat = |value| E::splat(machine, value);
     let x = x.or_lesser(splat(125.0));

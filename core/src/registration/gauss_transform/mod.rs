@@ -1,19 +1,19 @@
 //! Sums of Gaussians: G(t) = Σ q exp(-|t - s|² / 2σ²) over all sources s, at all targets t.
 //!
-//! In: sources with one weight in each of K columns, targets, σ, and the error that is allowed, in
-//! parts of Σ|q|. Out: the sums, each column's at each target.
+//! In: sources with one weight in each of K columns, targets, σ, and the error allowed, in parts of
+//! Σ|q|. Out: the sums of each column at each target.
 //!
-//! Three ways, of which the one of least work is taken unless one is named:
+//! There are three ways; the one that takes the least work is used unless one is named:
 //!
 //! - `direct`: every pair.
-//! - `grid`: only pairs nearer than R = σ √(2 ln 1/ε); each of the others has less than ε. It is
-//!   the best while σ is small. Both are taken in single precision where the error that is allowed
-//!   is larger than what that adds.
-//! - `chebyshev`: the fast Gauss transform. Boxes of sources are summed up to polynomials, these
-//!   are translated to boxes of targets, and read there: O(M + N) while σ is large. In place of the
-//!   Hermite and Taylor series of Greengard & Strain, whose bound asks for twice as many terms in
-//!   each direction, the kernel is interpolated at Chebyshev nodes (Fong & Darve 2009), with a
-//!   bound that follows from its derivatives.
+//! - `grid`: only pairs nearer than R = σ √(2 ln 1/ε); each of the others contributes less than ε.
+//!   This is best while σ is small. Both of these use single precision if the error allowed is
+//!   larger than what that adds.
+//! - `chebyshev`: the fast Gauss transform. Boxes of sources are summed into polynomials, which are
+//!   translated to boxes of targets and evaluated there: O(M + N) while σ is large. Greengard &
+//!   Strain use Hermite and Taylor series, whose bound needs twice as many terms in each direction.
+//!   Instead, the kernel is interpolated at Chebyshev nodes (Fong & Darve 2009), with a bound that
+//!   follows from its derivatives.
 //!
 //! Source: Greengard & Strain (1991), "The fast Gauss transform"; Fong & Darve (2009), "The
 //! black-box fast multipole method"; Pilch (2016), eqs. (1.54) and (1.55).
@@ -35,7 +35,7 @@ use nalgebra::Point2;
 use self::single::Single;
 use crate::lanes;
 
-/// A way to take the sums.
+/// A way to compute the sums.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TransformMethod {
     /// Every pair.
@@ -60,8 +60,8 @@ pub const TRANSFORM_ERROR: crate::bounds::Bounds = [1e-12, 0.1];
 
 /// The sums at each target.
 ///
-/// `sigma` is in m; `error` is clamped to [`TRANSFORM_ERROR`]. Without a `method`, that of least
-/// work is taken.
+/// `sigma` is in m; `error` is clamped to [`TRANSFORM_ERROR`]. Without a `method`, the one that
+/// takes the least work is used.
 #[must_use]
 pub fn gauss_transform<const K: usize>(
     sources: &[Point2<f64>],
@@ -105,17 +105,17 @@ pub fn gauss_transform<const K: usize>(
     }
 }
 
-/// The radius beyond which a pair has less than `error`, m.
+/// The radius beyond which a pair contributes less than `error`, m.
 pub(super) fn reach(scale: f64, error: f64) -> f64 {
     (-libm::log(error) / scale).sqrt()
 }
 
-/// The radius of the pairs that are taken: it leaves room for the error of single precision.
+/// The radius of the pairs that are summed: it leaves room for the error of single precision.
 fn near_reach(scale: f64, error: f64) -> f64 {
     reach(scale, (1.0 - single::SHARE) * error)
 }
 
-/// The way that takes the least work, with what was made to find that out.
+/// The way that takes the least work, with what was computed to find that out.
 pub(super) enum Plan {
     Direct,
     Grid(Cells),
@@ -123,7 +123,7 @@ pub(super) enum Plan {
 }
 
 impl Plan {
-    /// In multiples of what one pair costs in double precision; `pair` is what it costs here.
+    /// In multiples of the cost of a pair in double precision; `pair` is its cost here.
     pub(super) fn of(
         sources: &[Point2<f64>],
         targets: &[Point2<f64>],
@@ -131,7 +131,7 @@ impl Plan {
         error: f64,
         pair: f64,
     ) -> Self {
-        /// Of one point that is sorted into cells.
+        /// Cost of sorting one point into cells.
         const SORTED: f64 = 8.0;
         let all = pair * sources.len() as f64 * targets.len() as f64;
         let boxes = chebyshev::Plan::of(sources, targets, sigma, error);

@@ -1,11 +1,11 @@
-//! The sums pair by pair in single precision, where the error that is allowed is large enough: in a
+//! The sums pair by pair in single precision, if the error allowed is large enough. This takes a
 //! third of the time.
 //!
 //! In units in which a pair has 2^-d², a coordinate is rounded by half of [`EPSILON`] times itself.
 //! So d errs by less than √2 ε a for coordinates up to a, and 2^-d², whose slope is nowhere above
-//! 0.72, by less than 1.02 ε a. What is computed of it errs by less than 3e-7 of itself and d²
-//! times ε, at most another 3e-7 of one; sums of [`BLOCK`] numbers, whose lanes are added up in
-//! double precision, by less than `BLOCK` times ε of all. Together: ε (1.02 a + BLOCK + 8).
+//! 0.72, by less than 1.02 ε a. Computing 2^-d² adds a relative error below 3e-7, and d² times ε,
+//! at most another 3e-7 of one. Summing [`BLOCK`] numbers, whose lanes are added up in double
+//! precision, adds less than `BLOCK` times ε of all. Together: ε (1.02 a + BLOCK + 8).
 
 use std::f32::consts::LOG2_E;
 use std::ops::Range;
@@ -16,20 +16,20 @@ use super::Cells;
 use super::exp::exp2_of_minus;
 use crate::lanes::{EIGHT, Eight, Kernel, Lanes, total_of_eight};
 
-/// The step from 1 to the next number.
+/// The distance from 1 to the next number.
 const EPSILON: f64 = f32::EPSILON as f64;
 /// Numbers added in single precision, one after the other.
 const BLOCK: usize = 64;
-/// Part of the error that is allowed which may come of this.
+/// Part of the allowed error that single precision may use.
 pub(super) const SHARE: f64 = 0.2;
-/// What a pair costs beside one in double precision.
+/// Cost of a pair, relative to one in double precision.
 pub(in crate::registration) const COST: f64 = 0.35;
-/// Weights beyond this are none for single precision: their sums might not be numbers.
+/// Larger weights are not summed in single precision: their sums might overflow.
 const MOST_WEIGHT: f64 = 1e30;
-/// Where nothing is.
+/// A place so far away that it adds nothing.
 const FAR: f32 = 1e12;
 
-/// How places become numbers about 1.
+/// How coordinates are scaled to numbers of about 1.
 #[derive(Clone, Copy)]
 pub(super) struct Single {
     origin: Point2<f64>,
@@ -37,7 +37,7 @@ pub(super) struct Single {
 }
 
 impl Single {
-    /// `None` where single precision is not enough for this error, in parts of Σ|q|.
+    /// `None` if single precision is not enough for this error, in parts of Σ|q|.
     pub(super) fn of<const K: usize>(
         sources: &[Point2<f64>],
         weights: &[[f64; K]],
@@ -81,7 +81,7 @@ pub(super) struct Pairs<'a, const K: usize> {
 }
 
 impl<'a, const K: usize> Pairs<'a, K> {
-    /// `sources` in the order of the cells, where there are such.
+    /// `sources` in the order of the cells, if there are cells.
     pub(super) fn of(
         sources: impl Iterator<Item = (Point2<f64>, [f64; K])>,
         targets: &'a [Point2<f64>],
@@ -110,7 +110,7 @@ impl<'a, const K: usize> Pairs<'a, K> {
     }
 }
 
-/// The sums at a target, as far as they are.
+/// The sums at a target so far.
 struct Sum<L: Lanes, const K: usize> {
     machine: L::Machine,
     target: [L::Eight; 2],

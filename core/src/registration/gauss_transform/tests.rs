@@ -1,11 +1,11 @@
-//! Every way against the sum as it is written, at all bandwidths and errors.
+//! Every way compared with the sum as written, at all bandwidths and errors.
 
 use nalgebra::Point2;
 use proptest::prelude::*;
 
 use super::{TransformMethod, gauss_transform};
 
-/// The sum as it is written.
+/// The sum as written.
 fn plain(
     sources: &[Point2<f64>],
     weights: &[[f64; 2]],
@@ -67,7 +67,7 @@ fn nothing_comes_of_nothing() {
         let none = gauss_transform::<1>(&[], &[], &one, 0.1, 1e-6, Some(way));
         assert_eq!(none, vec![[0.0]]);
         assert!(gauss_transform(&one, &[[1.0]], &[], 0.1, 1e-6, Some(way)).is_empty());
-        // A bandwidth of 0 is no Gaussian.
+        // With a bandwidth of 0 there is no Gaussian.
         let flat = gauss_transform(&one, &[[1.0]], &one, 0.0, 1e-6, Some(way));
         assert_eq!(flat, vec![[0.0]]);
         let far = [Point2::new(1e6, -1e6)];

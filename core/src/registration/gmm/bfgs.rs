@@ -1,12 +1,13 @@
-//! The least value of a smooth function of few variables, from a start, by its gradient.
+//! The minimum of a smooth function of few variables, from a start, by its gradient.
 //!
-//! 1. A step goes against the gradient, turned and scaled by an estimate of the inverse Hessian,
-//!    which begins as the caller knows it, or as the identity, and learns from each step.
-//! 2. Its length is halved until the value falls by a part of what the gradient promises (Armijo).
-//! 3. It ends where the gradient is flat, after a short step, or where no length makes it fall.
+//! 1. A step goes against the gradient, turned and scaled by an estimate of the inverse Hessian.
+//!    The estimate begins with what the caller knows, or with the identity, and is updated at each
+//!    step.
+//! 2. The step is halved until the value falls by a part of what the gradient promises (Armijo).
+//! 3. It ends where the gradient is flat, after a short step, or where no step lowers the value.
 //!
 //! Our own, because the crates that have it ask the machine for random numbers in WebAssembly, or
-//! bring a second linear algebra.
+//! bring in a second linear algebra library.
 //!
 //! Source: Nocedal & Wright (2006), "Numerical optimization", algorithms 3.1 and 6.1.
 
@@ -14,35 +15,35 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::geom::Length;
 
-/// Part of what the gradient promises that a step has to bring.
+/// Part of the decrease promised by the gradient that a step has to bring.
 const ARMIJO: f64 = 1e-4;
 /// How often a step is halved at most.
 const MOST_HALVINGS: usize = 40;
-/// The longest first step: nothing is known yet of how the function bends.
+/// The longest first step: the curvature of the function is not known yet.
 const FIRST_STEP: f64 = 0.1;
 
 /// When a descent ends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Until {
-    /// The largest part of the gradient is below this.
+    /// The largest component of the gradient is below this.
     pub(super) flat: f64,
     /// A step was shorter than this.
     pub(super) short: f64,
-    /// So many steps were taken.
+    /// This many steps were taken.
     pub(super) iterations: usize,
 }
 
-/// Where the descent came to.
+/// Where the descent ended.
 pub(super) struct Descended {
     pub(super) at: DVector<f64>,
     pub(super) iterations: usize,
-    /// Whether it ended because the gradient is flat, the last step was short, or nothing near is
-    /// less.
+    /// Whether it ended because the gradient is flat, the last step was short, or no step lowers
+    /// the value.
     pub(super) is_settled: bool,
 }
 
-/// Descends from `start`; `inverse` is that of the Hessian there, where it is known; `value` gives
-/// the function and its gradient; `before_step` is told from where each step is taken.
+/// Descends from `start`; `inverse` is that of the Hessian there, if known; `value` gives the
+/// function and its gradient; `before_step` is called with the point from which each step is taken.
 pub(super) fn descend(
     start: DVector<f64>,
     inverse: Option<DMatrix<f64>>,
@@ -141,7 +142,8 @@ mod tests {
         assert!(!cut.is_settled && cut.iterations == 3);
     }
 
-    /// With the true inverse Hessian the first step is Newton's: of a bowl, it is the last one.
+    /// With the true inverse Hessian the first step is Newton's: in a quadratic bowl it is the last
+    /// one.
     #[test]
     fn one_step_is_enough_where_the_curvature_is_known() {
         let bend = DMatrix::from_row_slice(2, 2, &[3.0, 1.0, 1.0, 2.0]);

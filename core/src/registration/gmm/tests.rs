@@ -1,5 +1,5 @@
-//! The distance against an integral over a grid, its gradient against differences, and clouds whose
-//! motion is known.
+//! The distance compared with an integral over a grid, its gradient with differences, and clouds
+//! whose motion is known.
 
 use nalgebra::Point2;
 use rand::{RngExt, SeedableRng};
@@ -80,7 +80,7 @@ fn the_gradient_is_that_of_differences() {
 
 #[test]
 fn the_hessian_is_that_of_differences_and_the_parabola_lies_above() {
-    // Some points are in both clouds, so that f has a least value where they lie on each other.
+    // Some points are in both clouds, so f has a minimum where they lie on each other.
     let y = cloud(20, 3);
     let mut x = y.clone();
     x.extend(cloud(10, 4));
@@ -102,12 +102,12 @@ fn the_hessian_is_that_of_differences_and_the_parabola_lies_above() {
                     assert!(off.abs() < 1e-6, "{width} {row} {column}: {off}");
                 }
             }
-            // The inverse that is used always leads down.
+            // The inverse that is used always leads downhill.
             let inverse = problem.inverse_hessian(&at).unwrap();
             assert!(inverse.cholesky().is_some(), "{width} {at:?}");
             let up = hessian.cholesky().is_some();
             bends_up[usize::from(up)] = true;
-            // The shift enters p as it is: there the parabola is above in the plain sense.
+            // The shift enters p linearly: there the parabola lies above in the plain sense.
             let over = (above - hessian).fixed_view::<2, 2>(0, 0).into_owned();
             assert!(over.symmetric_eigenvalues().min() > -1e-9, "{width} {at:?}");
         }
@@ -131,7 +131,7 @@ fn copies_are_laid_on_each_other() {
             assert!((found.map.apply(y) - x).length() < 1e-3, "{found:?}");
         }
     }
-    // Where it already is, it stays.
+    // If it starts at the solution, it stays there.
     let found = register_mixtures(&y, &x, &truth, &GmmConfig::default()).unwrap();
     assert!(found.distance < 1e-9 && found.is_settled, "{found:?}");
 }

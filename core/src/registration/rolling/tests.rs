@@ -1,4 +1,4 @@
-//! Sweeps of a known error against the error and the pose that are found, and central differences.
+//! Sweeps with a known error, compared with the error and the pose found; and central differences.
 
 use nalgebra::Point2;
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ use crate::geom::Length;
 use crate::map::SurfelMap;
 
 /// The surfaces in the order in which a turning lidar at `end` meets them, in 24 parts, each moved
-/// by odometry that erred by `error`.
+/// by odometry with the error `error`.
 fn swept(
     surfaces: &[OrientedPoint],
     end: &Pose2,
@@ -27,7 +27,7 @@ fn swept(
     parts
         .map(|(part, points)| {
             let left = 1.0 - (part as f64 + 0.5) / PARTS as f64;
-            // What the correction is to give back.
+            // What the correction should undo.
             (left, seen_from(points, &error.correction(end, left)))
         })
         .collect()
@@ -45,7 +45,7 @@ fn parts(swept: &[(f64, Vec<OrientedPoint>)]) -> Vec<Part<'_>> {
         .collect()
 }
 
-/// Of points without noise, each of which counts.
+/// For points without noise, each of which counts.
 fn exact() -> MatchConfig {
     MatchConfig {
         sigma: 0.005,
@@ -54,7 +54,7 @@ fn exact() -> MatchConfig {
     }
 }
 
-/// Odometry that leads to `pose` and errs by 0.1 m and 0.1 rad.
+/// Odometry that leads to `pose` with errors of 0.1 m and 0.1 rad.
 fn believed(pose: Pose2) -> RollingPrior {
     RollingPrior {
         by_odometry: Prior {
@@ -82,7 +82,7 @@ proptest! {
         let map = map_of(&room());
         let config = exact();
         let found = register_rolling(&parts(&swept), &map, &by_odometry, &believed(by_odometry), &config);
-        // A part of the sweep that meets one wall only says nothing along it: where the errors are
+        // A part of the sweep that meets only one wall says nothing along it: if the errors are
         // uneven, the pose is as far off as its covariance says. Without noise it is within that.
         let found = found.found;
         let off = found.estimate.pose.minus(&truth);
@@ -108,7 +108,7 @@ proptest! {
             let error = MotionError(std::array::from_fn(|piece| block(piece + 1)));
             (Pose2::identity().plus(&block(0)), error)
         };
-        // With a kernel so wide that it says nothing, the cost is half the sum of squares.
+        // With a kernel so wide that it has no effect, the cost is half the sum of squares.
         let together = |x: &Gradient| {
             let (pose, error) = place(x);
             Together::of(sweep.iter().map(|part| {
@@ -134,7 +134,7 @@ proptest! {
             let step = Gradient::from_fn(|at, _| if at == row { h } else { 0.0 });
             (cost(&(x + step)) - cost(&(x - step))) / (2.0 * h)
         });
-        // A point that changes its cell between the two sides makes a jump; few starts meet one.
+        // A point that changes its cell between the two sides causes a jump; few starts meet one.
         let off = (numeric - equations.gradient).length();
         prop_assume!(off < 10.0);
         prop_assert!(off < 1e-3 * (1.0 + equations.gradient.length()), "{numeric} {}", equations.gradient);

@@ -1,45 +1,45 @@
-//! Which topics are meant: those that were asked for, or the only ones that there are.
+//! Which topics to use: those that were requested, or the only ones that exist.
 
 use std::collections::BTreeMap;
 
 use super::ImportError;
 use crate::format::ros::{FrameTree, RosLog, RosPose, TopicKind};
 
-/// What an odometry that is none is called.
+/// Name of the choice of no odometry.
 const NONE: &str = "none";
 
-/// Which topics of a file are to be mapped.
+/// Which topics of a file to map.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RosChoice {
     /// Topic of the scans; by default the only one.
     pub scans: Option<String>,
-    /// Name of an odometry that [`RosOffer`] has, or `none`; by default the only topic of
-    /// odometry, and else a transform out of a frame of odometry.
+    /// Name of an odometry in [`RosOffer`], or `none`; by default the only odometry topic; without
+    /// topics, the only transform, if possible from an odometry frame.
     pub odometry: Option<String>,
 }
 
-/// What a file has to choose from.
+/// The choices that a file offers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RosOffer {
     /// Topics with scans.
     pub scans: Vec<Offered>,
-    /// Topics with odometry, then transforms that move.
+    /// Topics with odometry, then moving transforms.
     pub odometry: Vec<Offered>,
-    /// Whether only a person can tell what is meant.
+    /// Whether a person has to choose.
     pub must_ask: bool,
 }
 
-/// One thing to choose.
+/// One choice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Offered {
-    /// What it is chosen by: the topic, or `tf:PARENT:CHILD`.
+    /// Its name: the topic, or `tf:PARENT:CHILD`.
     pub name: String,
-    /// What stands in it, for a person.
+    /// What it contains, for people.
     pub words: String,
 }
 
 impl RosOffer {
-    /// Of a file.
+    /// The choices of a file.
     ///
     /// # Errors    [`ImportError::NoScan`], [`ImportError::NoScanLeft`].
     pub fn of(log: &RosLog) -> Result<Self, ImportError> {
@@ -61,7 +61,7 @@ impl RosOffer {
     }
 }
 
-/// Where the motion of a robot is told.
+/// Where the motion of a robot is given.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum OdometrySource {
     /// In the messages of a topic.
@@ -159,7 +159,7 @@ impl<'a> Chosen<'a> {
         })
     }
 
-    /// Numbers of its scans, in the order of the file.
+    /// Indices of its scans, in the order of the file.
     pub(super) fn scan_numbers(&self, log: &RosLog) -> Vec<usize> {
         let scans = log.scans().iter().enumerate();
         scans
@@ -168,8 +168,8 @@ impl<'a> Chosen<'a> {
             .collect()
     }
 
-    /// The frame whose motion is told, or the robot's by its usual names; `None` where the lidar
-    /// itself has to be the robot.
+    /// The frame whose motion is given, or the robot's by its usual names; `None` if the lidar
+    /// itself has to serve as the robot.
     pub(super) fn base(
         &self,
         log: &RosLog,
@@ -193,7 +193,7 @@ impl<'a> Chosen<'a> {
         }
     }
 
-    /// What is mapped, for a person.
+    /// What is mapped, in words for people.
     pub(super) fn words(&self, log: &RosLog, scans: usize) -> String {
         let topic = topic_name(log, self.scans);
         let odometry = match &self.odometry {
@@ -207,8 +207,8 @@ impl<'a> Chosen<'a> {
     }
 }
 
-/// The odometry that is meant where nobody said which: the only topic; without one the only
-/// transform out of a frame of odometry by its name.
+/// The odometry to use if none was chosen: the only topic; without topics, the only transform from
+/// a frame named like odometry, or else the only transform.
 fn usual(log: &RosLog, odometries: &[OdometrySource]) -> Option<usize> {
     let only = |is: &dyn Fn(&OdometrySource) -> bool| {
         let mut found = (0..odometries.len()).filter(|&index| is(&odometries[index]));
@@ -224,7 +224,7 @@ fn usual(log: &RosLog, odometries: &[OdometrySource]) -> Option<usize> {
     only(&is_odometry).or_else(|| only(&|_| true))
 }
 
-/// Topics with odometry, then pairs of frames that move against each other, where the lower one is
+/// Topics with odometry, then pairs of frames that move relative to each other, if the lower one is
 /// fixed to a lidar.
 fn odometries(log: &RosLog, tree: &FrameTree) -> Vec<OdometrySource> {
     let topics = of_kinds(log, &[TopicKind::Odometry]).map(OdometrySource::Topic);
@@ -289,7 +289,7 @@ fn topic_name(log: &RosLog, topic: usize) -> String {
         .map_or_else(String::new, |topic| topic.name.clone())
 }
 
-/// Number of the one that is called so; a slash before it may be left out.
+/// Index of the one with this name; a leading slash may be left out.
 fn pick(
     name: &str,
     what: &'static str,

@@ -1,30 +1,31 @@
-//! All stamps on one clock.
+//! Puts all stamps on one clock.
 //!
-//! In: stamps of scans and poses by their own word, and when each was recorded. Out: one time for
-//! each, ns, in rising order.
+//! In: the stamps of scans and poses, and when each was recorded. Out: one time for each, ns, in
+//! rising order.
 //!
-//! 1. A stamp is when something was measured, and is what counts. Where nobody filled it in, the
-//!    time of recording has to do.
+//! 1. A stamp says when something was measured, so it has priority. If it was not filled in, the
+//!    time of recording is used.
 //! 2. A lidar on a computer of its own may have another clock. Messages are recorded soon after
-//!    they were stamped, so the least delay of each topic is its clock's offset: where two differ
-//!    by more than delays do, the scans are moved.
-//! 3. A clock that goes back was set, or a simulation began anew. Then the times of recording
-//!    count for all; where these go back as well, what follows is left out: it is another drive.
+//!    they were stamped, so the least delay of each topic is the offset of its clock. If two
+//!    offsets differ by more than delays do, the scans are shifted.
+//! 3. A clock that goes back was set, or a simulation was restarted. Then the times of recording
+//!    are used for all messages; if these go back as well, the rest is left out: it is another
+//!    drive.
 
 use super::choice::Chosen;
 use crate::format::ros::RosLog;
 
-/// What goes back by less is a delay, or messages in another order; ns.
+/// A smaller step back is a delay, or messages in another order; ns.
 const BACK: u64 = 1_000_000_000;
-/// Two clocks that differ by less are one; ns.
+/// Two clocks that differ by less count as one; ns.
 const SAME_CLOCK: i64 = 500_000_000;
 
-/// Times of what was chosen, each with its number in the log, rising.
+/// Times of the chosen messages, each with its index in the log, rising.
 #[derive(Debug, Default)]
 pub(super) struct Times<'a> {
     /// When the first beam was taken, ns.
     pub(super) scans: Vec<(u64, usize)>,
-    /// When the pose was so, ns.
+    /// The time of the pose, ns.
     pub(super) poses: Vec<(u64, &'a crate::format::ros::RosPose)>,
 }
 
@@ -71,7 +72,7 @@ pub(super) fn times<'a>(log: &RosLog, chosen: &Chosen<'a>, notes: &mut Vec<Strin
             for list in [&mut scans, &mut poses] {
                 let keep = first_back(list).map_or(list.len(), |(_, count)| count);
                 list.truncate(keep);
-                // The last scan wants to know the motion up to its end.
+                // The last scan needs the motion up to its end.
                 list.retain(|both| both.stamp <= at.saturating_add(BACK));
             }
         }
@@ -102,7 +103,7 @@ fn use_recorded_where_unset(list: &mut [Both], what: &str, notes: &mut Vec<Strin
     ));
 }
 
-/// Moves the scans onto the clock of the poses.
+/// Shifts the scans onto the clock of the poses.
 fn align(scans: &mut [Both], poses: &[Both], notes: &mut Vec<String>) {
     let (Some(of_scans), Some(of_poses)) = (offset(scans), offset(poses)) else {
         return;
@@ -128,7 +129,7 @@ fn offset(list: &[Both]) -> Option<i64> {
     delays.min()
 }
 
-/// By how much a time falls at most behind one before it, s; `None` where by no more than order
+/// How far a time falls behind an earlier one at most, s; `None` if it is no more than reordering
 /// explains.
 fn goes_back(times: impl Iterator<Item = u64>) -> Option<f64> {
     let (mut newest, mut most) = (0, 0);
@@ -139,7 +140,7 @@ fn goes_back(times: impl Iterator<Item = u64>) -> Option<f64> {
     (most > BACK).then_some(most as f64 * 1e-9)
 }
 
-/// The newest time before the first fall, and how many messages stand before it.
+/// The newest time before the first step back, and how many messages come before that step.
 fn first_back(list: &[Both]) -> Option<(u64, usize)> {
     let mut newest = 0;
     for (index, both) in list.iter().enumerate() {

@@ -1,11 +1,11 @@
-//! Motion between scans, from poses at times of their own.
+//! Motion between scans, from poses at other times.
 //!
-//! 1. Between two poses the robot moved along an arc ([`Pose2::fraction`]): so a pose is known at
+//! 1. Between two poses the robot moved along an arc ([`Pose2::fraction`]), so its pose is known at
 //!    any time between the first and the last.
-//! 2. A motion ends where a scan ends, and at poses in between that are some way apart in time, for
-//!    a sweep is straightened by what happened in it.
-//! 3. Where a pose is farther from the one before than any robot drives, the odometry was reset:
-//!    nothing is said of that time, which whoever reads the recording takes for unwatched.
+//! 2. A motion ends where a scan ends, and at poses in between that are far enough apart in time,
+//!    because the motion within a sweep is needed to de-skew it.
+//! 3. If a pose is farther from the one before than any robot drives, the odometry was reset: no
+//!    motion is given for that time, and readers of the recording treat it as unobserved.
 
 use nalgebra::Vector3;
 
@@ -15,18 +15,18 @@ use crate::robot::{Odometry, RobotModel, Stamp};
 
 use super::super::feed::recorded_odometry;
 
-/// Poses that are nearer in time say no more, µs.
+/// Poses nearer in time than this add nothing, µs.
 const LEAST_APART: u64 = 10_000;
-/// No robot of these recordings is faster, m/s; and no jump by less is one, m.
+/// No robot of these recordings is faster, m/s; and smaller jumps are ignored, m.
 const FASTEST: f64 = 15.0;
 const LEAST_JUMP: f64 = 0.5;
 
-/// The way of a robot by its odometry.
+/// The trajectory of a robot by its odometry.
 #[derive(Debug)]
 pub(super) struct Motions {
-    /// Rising, no two at one time.
+    /// In rising order, no two at the same time.
     poses: Vec<(u64, Pose2)>,
-    /// Of each pose, whether the odometry was reset on the way to it.
+    /// For each pose, whether the odometry was reset just before it.
     is_reset: Vec<bool>,
     /// The end of the last motion.
     last: Option<(u64, Pose2)>,
@@ -40,7 +40,7 @@ impl Motions {
             .iter()
             .map(|(time, pose)| (time / 1000, in_plane(pose)));
         let mut poses: Vec<(u64, Pose2)> = poses.collect();
-        // Of several at one time the last one.
+        // Of several at the same time, the last one is used.
         poses.reverse();
         poses.dedup_by_key(|(time, _)| *time);
         poses.reverse();
@@ -59,12 +59,12 @@ impl Motions {
         })
     }
 
-    /// Whether it is known where the robot was then.
+    /// Whether the robot's pose is known at this time.
     pub(super) fn tells(&self, at: Stamp) -> bool {
         self.pose(at.0).is_some()
     }
 
-    /// The motions from where the last ones ended to this time.
+    /// The motions from the end of the last ones up to this time.
     pub(super) fn up_to(&mut self, at: Stamp, robot: &RobotModel) -> Vec<Odometry> {
         let mut out = vec![];
         while let Some(&(time, pose)) = self.poses.get(self.next) {
@@ -81,7 +81,7 @@ impl Motions {
             self.move_to(time, pose, is_reset, robot, &mut out);
         }
         if let Some(pose) = self.pose(at.0) {
-            // A pose at this very time that follows on a reset is the end of no motion.
+            // A pose at exactly this time that follows a reset does not end a motion.
             let here = self.poses.get(self.next).filter(|(time, _)| *time == at.0);
             let is_reset = here.is_some() && self.is_reset.get(self.next) == Some(&true);
             self.move_to(at.0, pose, is_reset, robot, &mut out);
@@ -107,7 +107,7 @@ impl Motions {
         }
     }
 
-    /// `None` before the first pose, behind the last, and where the odometry was reset.
+    /// `None` before the first pose, after the last, and where the odometry was reset.
     fn pose(&self, at: u64) -> Option<Pose2> {
         let next = self.poses.partition_point(|(time, _)| *time < at);
         let &(to, after) = self.poses.get(next)?;
@@ -122,7 +122,7 @@ impl Motions {
         Some(before * before.delta_to(&after).fraction(part))
     }
 
-    /// A sentence on resets.
+    /// A sentence about resets.
     pub(super) fn jumps(&self) -> Option<String> {
         let count = self.is_reset.iter().filter(|is_reset| **is_reset).count();
         let at = self.is_reset.iter().position(|is_reset| *is_reset)?;
@@ -134,7 +134,7 @@ impl Motions {
     }
 }
 
-/// Seen from above: heights, roll and pitch are dropped.
+/// Projected onto the floor: height, roll and pitch are dropped.
 fn in_plane(pose: &RosPose) -> Pose2 {
     let place = &pose.parent_from_child.translation.vector;
     let ahead = pose.parent_from_child.rotation * Vector3::x();

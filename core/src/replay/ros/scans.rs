@@ -1,12 +1,14 @@
-//! From scans as a driver of ROS sends them to ours.
+//! From the scans of a ROS driver to ours.
 //!
-//! 1. The stamp of a driver is that of the first beam, ours that of the last; `time_increment` lies
-//!    between two beams. A driver that measures the other way round in time has a negative one.
-//! 2. A range is a hit between `range_min` and `range_max`; nothing came back where it is larger or
-//!    positive infinity; all else (NaN, negative infinity, too near) is no measurement (REP 117).
-//! 3. The transform from robot to lidar is one of space. A lidar that hangs upside down turns its
-//!    bearings round; one that is tilted a little sees walls nearer by the cosine, so beams are
-//!    projected onto the floor. One that is tilted more sees floor and ceiling, and is refused.
+//! 1. The stamp of a driver is that of the first beam, ours that of the last; `time_increment` is
+//!    the time between two beams. It is negative for a driver that measures in reverse order.
+//! 2. A range is a hit between `range_min` and `range_max`; nothing came back if it is larger or
+//!    positive infinity; everything else (NaN, negative infinity, too near) is no measurement (REP
+//!    117).
+//! 3. The transform from robot to lidar is in space. The bearings of a lidar mounted upside down
+//!    are reversed. A slightly tilted lidar measures walls too far away, by the cosine of the tilt,
+//!    so beams are projected onto the floor. One that is tilted more sees floor and ceiling, and is
+//!    refused.
 
 use std::collections::BTreeMap;
 
@@ -17,30 +19,30 @@ use crate::format::ros::{FrameTree, LaserScan, RosLog};
 use crate::geom::{Pose2, sin_cos, wrap};
 use crate::robot::{Scan, Stamp};
 
-/// More is refused, rad.
+/// A larger tilt is refused, rad.
 const MOST_TILT: f64 = 0.35;
-/// Less is none: transforms are rounded.
+/// A smaller tilt counts as none: transforms are rounded.
 const LEVEL: f64 = 0.002;
-/// Less is not worth a word, rad.
+/// A smaller tilt is not mentioned, rad.
 const TOLD_TILT: f64 = 0.03;
-/// No lidar sees farther, m: what claims to has no end of its own.
+/// No lidar sees farther, m: a larger `range_max` is no real limit.
 const FARTHEST: f32 = 1000.0;
-/// σ of a range that nobody tells: its constant part, m, and what grows with the range.
+/// σ of a range if it is not given: its constant part, m, and its growth with the range.
 const SIGMA: [f32; 2] = [0.01, 0.003];
-/// A sweep that takes longer than scans are apart, times this, is a mistake of the driver.
+/// A sweep longer than the time between scans, times this, is a mistake of the driver.
 const LONGEST_SWEEP: f64 = 1.2;
 
-/// Where a lidar sits.
+/// The mounting of a lidar.
 #[derive(Clone, Debug)]
 struct Mount {
     robot_from_sensor: Pose2,
     base_from_sensor: Isometry3<f64>,
     is_level: bool,
-    /// -1 upside down.
+    /// -1 if upside down.
     sign: f64,
 }
 
-/// What is wrong with scans, counted.
+/// Problems with scans, counted.
 #[derive(Debug, Default)]
 struct Faults {
     without_beams: usize,
@@ -49,7 +51,7 @@ struct Faults {
     invalid: Option<(usize, String)>,
 }
 
-/// All scans in the order of time, in the frame of the robot.
+/// All scans in order of time, in the robot frame.
 pub(super) fn scans(
     log: &RosLog,
     tree: &FrameTree,
@@ -102,12 +104,12 @@ pub(super) fn scans(
         ));
     }
     faults.tell(out.len(), all.len(), notes)?;
-    // Where scans overlap in time, the order of their ends counts.
+    // If scans overlap in time, the order of their ends counts.
     out.sort_by_key(|scan| scan.stamp);
     Ok(out)
 }
 
-/// The scan in our words.
+/// The scan in our format.
 fn turned(
     scan: &LaserScan,
     step: f64,
@@ -155,7 +157,7 @@ fn turned(
 }
 
 impl Mount {
-    /// Bearing in the plane of the robot, and which part of a range lies in that plane.
+    /// Bearing in the plane of the robot, and the part of a range that lies in that plane.
     fn beam(&self, angle: f64) -> (f64, f64) {
         let level = self.sign * angle;
         if self.is_level {
@@ -168,7 +170,7 @@ impl Mount {
     }
 }
 
-/// `None` where the frames do not tell, and others of the same topic do.
+/// `None` if the frames are unknown, while others of the same topic are known.
 fn mount(
     log: &RosLog,
     tree: &FrameTree,
@@ -227,7 +229,7 @@ fn mount(
     }))
 }
 
-/// From beam to beam, rad; `None` where nothing tells.
+/// Angle from beam to beam, rad; `None` if nothing determines it.
 fn step(scan: &LaserScan) -> Option<f64> {
     let (first, last) = (f64::from(scan.angle_min), f64::from(scan.angle_max));
     let step = f64::from(scan.angle_increment);
@@ -242,19 +244,19 @@ fn step(scan: &LaserScan) -> Option<f64> {
     (step.is_finite() && step != 0.0).then_some(step)
 }
 
-/// The farthest range of all: what a lidar reaches that does not say so, m.
+/// The farthest range of all: the assumed reach of a lidar that does not give one, m.
 fn farthest(scans: &[(u64, usize, &LaserScan)]) -> f32 {
     let ranges = scans.iter().flat_map(|(_, _, scan)| &scan.ranges);
     let finite = ranges
         .copied()
         .filter(|range| *range > 0.0 && *range < FARTHEST);
-    // A little more, so that it is a hit itself.
+    // A little more, so that this range is itself a hit.
     finite
         .max_by(f32::total_cmp)
         .map_or(FARTHEST, |range| range * 1.001)
 }
 
-/// From one scan to the next, s; infinite where there is no next one.
+/// Time from one scan to the next, s; infinite if there is no next one.
 fn median_period(times: &[(u64, usize)]) -> f64 {
     let mut gaps: Vec<u64> = times.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
     gaps.retain(|gap| *gap > 0);

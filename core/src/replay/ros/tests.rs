@@ -1,5 +1,5 @@
-//! The drive of `tests/interop/ros_files.py`, whose beams end on four known walls: what mistakes
-//! the mount, the order of beams, a stamp or the motion between two poses sees others.
+//! The drive of `tests/interop/ros_files.py`, whose beams end on four known walls: an error in the
+//! mount, the order of beams, a stamp or the motion between two poses moves the walls.
 
 use nalgebra::Point2;
 
@@ -46,7 +46,7 @@ fn steps(recording: Recording) -> Vec<Step> {
     std::iter::from_fn(|| feed.next(&log, &robot)).collect()
 }
 
-/// Where the robot truly was, s after the begin.
+/// The true pose of the robot, s after the beginning.
 fn truth(seconds: f64) -> Pose2 {
     let heading = 0.25 * seconds;
     let radius = 0.4 / 0.25;
@@ -57,8 +57,8 @@ fn truth(seconds: f64) -> Pose2 {
     )
 }
 
-/// How far the beams of a drive end from the walls, at most, by the poses of the truth; how far the
-/// poses of the odometry are from it; and how many beams hit.
+/// How far the beams of a drive end from the walls, at most, from the true poses; how far the poses
+/// of the odometry are from the truth; and how many beams hit.
 fn worst(steps: &[Step]) -> (f64, f64, usize) {
     let seconds = |micros: f64| micros - 1_700_000_000.0;
     let (mut off, mut drift, mut hits) = (0.0_f64, 0.0_f64, 0);
@@ -171,7 +171,7 @@ fn the_recording_reads_back_from_its_file() {
     let back = Recording::parse(&imported.recording.write().unwrap()).unwrap();
     assert_eq!(back.damage(), &[]);
     let all = |recording: &Recording| recording.messages().collect::<Vec<_>>();
-    // As text, for NaN is not itself.
+    // Compared as text, because NaN does not equal itself.
     let (back, imported) = (all(&back), all(&imported.recording));
     assert!(format!("{back:?}") == format!("{imported:?}"));
 }
@@ -185,7 +185,7 @@ fn what_was_cut_off_before_its_first_scan_says_both() {
         text.contains("holds no scan") && text.contains("cut off"),
         "{text}"
     );
-    // The same of what was imported, wherever it is cut.
+    // The same for the imported recording, wherever it is cut.
     let whole = import(PLAIN_BAG, None, None).unwrap().recording;
     let whole = whole.write().unwrap();
     let errors: Vec<LogError> = (100..whole.len())
@@ -242,7 +242,7 @@ fn a_lidar_with_a_clock_of_its_own_is_put_on_that_of_the_robot() {
     })
     .unwrap();
     note(&imported, "clock of the lidar differs");
-    // The scans were recorded 0.13 s after their first beam, the poses at once: in that time the
+    // The scans were recorded 0.13 s after their first beam, the poses at once. In that time the
     // robot turns by 0.03 rad, which is 0.16 m at the far wall.
     let (off, ..) = worst(&steps(imported.recording));
     assert!(off < 0.2, "{off}");

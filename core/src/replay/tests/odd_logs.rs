@@ -53,7 +53,7 @@ fn by_matching(text: &str) -> Replay {
     replay(log, Method::ScanMatching)
 }
 
-/// The last pose is right, whatever happened on the way.
+/// The last pose is right, whatever happened before.
 #[track_caller]
 fn check(text: &str) {
     let trajectory = by_matching(text).trajectory();
@@ -72,7 +72,7 @@ fn the_number_of_beams_may_change_on_the_way() {
     }));
 }
 
-/// As of a recorder that was restarted.
+/// As from a recorder that was restarted.
 #[test]
 fn odometry_that_leaps_does_not_take_the_robot_along() {
     let (sin, cos) = crate::geom::sin_cos(1.0);
@@ -137,7 +137,8 @@ fn a_log_without_odometry_is_mapped_and_said_to_be_one() {
     assert!(replay.take_notes()[0].contains("No robot"));
 }
 
-/// Beams that measured nothing say nothing, a scan without a pose is left out: the rest is mapped.
+/// Beams without a measurement say nothing, and a scan without a pose is left out: the rest is
+/// mapped.
 #[test]
 fn ranges_and_poses_that_are_none_are_told_and_the_log_is_mapped() {
     let text: String = log(well)
@@ -178,7 +179,7 @@ fn parameters_of_others_are_passed_over() {
     check(&(log(well) + others));
 }
 
-/// Nothing is asked of the pose: nothing was seen.
+/// No pose is expected, because nothing was seen.
 #[test]
 fn scans_that_see_nothing_break_nothing() {
     for reading in ["0.0", "81.83"] {

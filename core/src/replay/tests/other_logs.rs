@@ -4,20 +4,20 @@ use super::*;
 use crate::estimation::{MapVerdict, Unjudgeable};
 use crate::format::rover_log::BEAMS;
 
-/// Millimetres to the walls of a room of 8 m x 4 m, straight ahead in its middle line, from `x`.
+/// Millimetres from `x` to the walls of a room of 8 m x 4 m, straight ahead along its middle line.
 fn turn_of_lidar(x: f64) -> String {
     let range = |degree: usize| {
         let (sin, cos) = crate::geom::sin_cos(-(degree as f64).to_radians());
         let along = if cos > 0.0 { 5.0 - x } else { 3.0 + x };
         let range = (along / cos.abs().max(1e-9)).min(2.0 / sin.abs().max(1e-9));
-        // An RPLIDAR of the first series sees 6 m far.
+        // An RPLIDAR of the first series has a range of 6 m.
         let seen = Some(range).filter(|range| *range < 6.0);
         format!(" {}", seen.map_or(0, |range| (1e3 * range).round() as u32))
     };
     (0..BEAMS).map(range).collect()
 }
 
-/// A rover that drives 2 m ahead: 200 counts to the metre, so 400 of each wheel.
+/// A rover that drives 2 m ahead: 200 counts per metre, so 400 for each wheel.
 fn rover() -> Log {
     let line = |i: u32| {
         let counts = 65_400 + 10 * i;
@@ -85,7 +85,7 @@ fn a_rover_is_mapped_with_its_wheels_and_without_them() {
     }
 }
 
-/// A count is worth what the settings say, and a turn is as wide as they say.
+/// The distance per count and the track width are as in the settings.
 #[test]
 fn what_a_rovers_log_does_not_say_is_set() {
     let turn = |left: i32, right: i32| format!("{left} {right} 0{}\n", turn_of_lidar(0.0));
@@ -106,7 +106,7 @@ fn what_a_rovers_log_does_not_say_is_set() {
     }
 }
 
-/// Four rangers in a corridor 1.66 m wide, driven along for 5 m, a wall at its end.
+/// Four rangers driven 5 m along a corridor 1.66 m wide with a wall at its end.
 #[test]
 fn four_rangers_are_mapped_by_their_odometry() {
     let head = "t_s,x_m,y_m,yaw_rad,range0,range1,range2,range3,range4\n".to_owned();
@@ -132,7 +132,7 @@ fn four_rangers_are_mapped_by_their_odometry() {
     );
     let grid = replay.session().slam().grid();
     let at = |x: f64, y: f64| grid.probability(grid.cell_at([x, y].into()));
-    // Each reading draws a thin beam, so that cells between two of them may stay unknown.
+    // Each reading draws a thin beam, so cells between two of them may stay unknown.
     let part = |y: f64, is_so: fn(f64) -> bool| {
         let cells = (0..40).filter(|i| is_so(at(1.02 + 0.05 * f64::from(*i), y)));
         cells.count() as f64 / 40.0
@@ -141,8 +141,8 @@ fn four_rangers_are_mapped_by_their_odometry() {
         assert!(part(side, |p| p > 0.5) > 0.5, "{}", part(side, |p| p > 0.5));
     }
     assert!(part(0.0, |p| p < 0.5) > 0.9 && part(0.4, |p| p > 0.5) == 0.0);
-    // Four readings show no surface, and without odometry they cannot be gathered: the robot seems
-    // to stand, and nothing is on the map that could contradict.
+    // Four readings show no surface, and without odometry they cannot be combined: the robot seems
+    // to stand, and nothing on the map could contradict that.
     let mut settings = log.settings();
     settings.take(&SCOPE, [("log.odometry", 0.0)]).unwrap();
     let why = Some(Unjudgeable::NoSurfaces);
@@ -155,8 +155,8 @@ fn worth(replay: &Replay) -> (MapVerdict, Option<Unjudgeable>) {
     (quality.verdict, quality.unjudgeable)
 }
 
-/// The same drive as a log of revolutions: no wheels and no time, and the room is mapped all the
-/// same. What is written of it is the log again.
+/// The same drive as a log of revolutions: without wheels and time, the room is still mapped.
+/// Written out, it gives the same log again.
 #[test]
 fn a_lidar_alone_is_mapped_without_wheels() {
     let replay = replayed(rover(), &rover().settings());
@@ -167,7 +167,7 @@ fn a_lidar_alone_is_mapped_without_wheels() {
     );
     let log = read(&text);
     assert!(matches!(log, Log::Revolutions(_)) && !log.has_odometry());
-    // The first line shows it behind comments too, and where it is the whole file.
+    // The first line identifies it, even after comments, and even if it is the whole file.
     assert_eq!(read(&format!("# a lidar\n\n{text}")).scans(), 41);
     assert_eq!(read(text.lines().next().unwrap()).scans(), 1);
     for (rate, seconds) in [(5.5, 41.0 / 5.5), (10.0, 4.1)] {
@@ -178,7 +178,8 @@ fn a_lidar_alone_is_mapped_without_wheels() {
         let trajectory = replay.trajectory();
         assert_eq!(trajectory.len(), 41);
         assert!((trajectory[40].0 - seconds).abs() < 1e-6);
-        // The rover moved during no sweep of this log: what was seen at once is taken as swept.
+        // The rover did not move during any sweep of this log: a scan taken at once is treated as a
+        // sweep.
         let pose = replay.session().estimate().pose;
         assert!(
             (pose.x() - 2.0).abs() < 0.05 && pose.y().abs() < 0.05,
@@ -190,7 +191,7 @@ fn a_lidar_alone_is_mapped_without_wheels() {
             notes[0].starts_with("No robot is in this recording"),
             "{notes:?}"
         );
-        // Nobody knows when it stood: its noise is not fitted to scans of a sensor on the move.
+        // Nothing shows when it stood, so its noise is not fitted to scans of a moving sensor.
         assert!(replay.standing_stretches().is_empty());
     }
 }
@@ -216,7 +217,7 @@ fn the_recorded_rover_maps_a_whole_flat() {
     assert!(view.loop_closures > 10);
     let quality = view.map.map(|map| map.quality()).unwrap();
     assert_eq!(quality.verdict, MapVerdict::Good);
-    // It comes back to where it set out, over 14 m of rooms.
+    // It returns to where it set out, after 14 m of rooms.
     let poses = replay.trajectory();
     let ends = |axis: fn(&Pose2) -> f64| {
         let along = poses.iter().map(|(_, pose)| axis(pose));

@@ -1,10 +1,10 @@
-//! Poses of another file, as odometry and as truth.
+//! Poses from another file, as odometry and as truth.
 
 use super::*;
 use crate::format::poses::read_poses;
 use crate::format::revolution_log::RevolutionLog;
 
-/// Where the robot of [`small_log`] truly is, at times between its scans, in another frame; some
+/// The true poses of the robot of [`small_log`], at times between its scans, in another frame; some
 /// are left out.
 fn track(frame: Pose2, offset: f64, is_there: impl Fn(u32) -> bool) -> PoseTrack {
     let mut text = "yaw_deg;x;y;time\n".to_owned();
@@ -77,8 +77,8 @@ fn a_lidar_alone_gets_a_robot_by_poses() {
 
 #[test]
 fn scans_in_a_gap_are_left_out_and_that_is_said() {
-    // Without poses 10 to 14 nothing is told of scans 9 to 14, at 109.5 to 114.5 s: the poses
-    // beside the gap are of 108.8 and 114.8 s.
+    // Without poses 10 to 14, scans 9 to 14 at 109.5 to 114.5 s are not covered: the poses next to
+    // the gap are of 108.8 and 114.8 s.
     let log = posed(
         small_log(),
         track(Pose2::identity(), 0.0, |i| !(10..15).contains(&i)),
@@ -92,7 +92,7 @@ fn scans_in_a_gap_are_left_out_and_that_is_said() {
     );
     let way: Vec<Pose2> = replay.odometry_trajectory().collect();
     assert_eq!(way.len(), 34);
-    // What is told on both sides is the motion over the gap.
+    // The covered poses on both sides give the motion over the gap.
     assert!((way[9].x() - way[8].x() - 0.35).abs() < 1e-6);
 }
 
@@ -113,8 +113,8 @@ fn poses_of_another_clock_are_refused_with_both_times() {
 
 #[test]
 fn errors_are_those_left_by_the_best_rigid_motion() {
-    // By its wheels the way is a tenth too long: aligned at its middle, a pose is off by a tenth of
-    // its distance from there. The mean square of -19.5 … 19.5 steps is (40² - 1) / 12.
+    // By its wheels, the distance is a tenth too long: aligned at its middle, a pose is off by a
+    // tenth of its distance from there. The mean square of -19.5 … 19.5 steps is (40² - 1) / 12.
     let frame = Pose2::new(300.0, -70.0, 2.0);
     let mut replay = run(small_log().into(), Method::Odometry);
     assert_eq!(replay.truth_errors(), None);
@@ -128,10 +128,10 @@ fn errors_are_those_left_by_the_best_rigid_motion() {
     assert!((errors.max - 19.5 * step).abs() < 1e-5, "{errors:?}");
     assert!((errors.rmse - step * (1599.0_f64 / 12.0).sqrt()).abs() < 1e-5);
     assert!(errors.poses.iter().all(|error| error.heading.abs() < 1e-5));
-    // Nothing bends, so what is said on the way is the same at the end.
+    // The map is not deformed, so the errors on the way are the same at the end.
     let [truth, last] = [replay.truth().unwrap(), errors.poses[39].truth];
     assert!((truth.position() - last.position()).length() < 1e-6);
-    // Another try is held against the same.
+    // A second run is compared with the same truth.
     let again = to_its_end(replay.again().unwrap());
     assert_eq!(again.truth_errors(), replay.truth_errors());
     assert!(

@@ -2,10 +2,10 @@
 
 /// Degree of the characteristic.
 pub(super) const DEGREE: usize = 5;
-/// Halvings that bring a bracket from the length of the interval down to the last bit.
+/// Bisections that shrink a bracket from the length of the interval to the last bit.
 const HALVINGS: usize = 60;
 
-/// Coefficients, that of the constant first.
+/// Coefficients, the constant first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Polynomial(pub(super) [f64; DEGREE + 1]);
 
@@ -26,7 +26,7 @@ impl Polynomial {
     /// The places between `low` and `high` where it changes its sign, in ascending order.
     ///
     /// Between two roots of its derivative a polynomial is monotonic, so it has at most one root
-    /// there: found by halving.
+    /// there, found by bisection.
     pub(super) fn roots_within(&self, low: f64, high: f64) -> Vec<f64> {
         if self.0.iter().skip(1).all(|c| *c == 0.0) {
             return Vec::new();

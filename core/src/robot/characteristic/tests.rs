@@ -1,4 +1,4 @@
-//! Fits against polynomials known beforehand, against the normal equations, and against published
+//! Fits compared with polynomials known beforehand, with the normal equations, and with published
 //! pairs.
 
 use super::*;
@@ -25,7 +25,7 @@ fn pairs(centimetres: &[(f64, f64)]) -> Vec<CalibrationPair> {
 
 #[test]
 fn a_polynomial_is_found_again() {
-    // Range as an exact quintic of 1/V that rises all along.
+    // Range as an exact quintic of 1/V that rises throughout.
     let truth = |x: f64| 0.05 + 0.3 * x + 0.02 * x * x * x + 0.004 * x * x * x * x * x;
     let pairs: Vec<_> = (1..=12)
         .map(|i| {
@@ -50,7 +50,7 @@ fn a_polynomial_is_found_again() {
 
 #[test]
 fn residuals_are_at_right_angles_to_every_power() {
-    // What makes a fit the least-squares one, whatever the way to it.
+    // The property that defines a least-squares fit, however it is computed.
     for variable in [Variable::Volts, Variable::PerVolt] {
         let pairs = pairs(&SHORT);
         let fit = Characteristic::fit(&pairs, variable).unwrap();
@@ -75,7 +75,7 @@ fn published_pairs_ripple_in_volts_and_not_in_their_inverse() {
     let volts = Characteristic::fit(&pairs, Variable::Volts).unwrap();
     let per_volt = Characteristic::fit(&pairs, Variable::PerVolt).unwrap();
     let largest = |fit: &Fit| fit.residuals.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
-    // By an SVD of another library (numpy.polyfit over the same scaled variable).
+    // By the SVD of another library (numpy.polyfit over the same scaled variable).
     assert!(
         (largest(&volts) - 0.010_002).abs() < 1e-5,
         "{}",
@@ -89,7 +89,7 @@ fn published_pairs_ripple_in_volts_and_not_in_their_inverse() {
     let turns = volts.reverses_at.expect("it turns round");
     let slope = |v: f64| volts.characteristic.slope_at(v);
     assert!((0.4..2.28).contains(&turns));
-    // The oracle: looking everywhere.
+    // The oracle: an exhaustive search.
     let everywhere = || (1..1880).map(|i| 0.4 + 0.001 * f64::from(i));
     assert!(everywhere().any(|v| slope(v) > 0.0));
     assert_eq!(per_volt.reverses_at, None);
@@ -127,7 +127,7 @@ fn bad_pairs_are_named() {
     assert!(changed(2, (30.0, f64::NAN)).contains("pair 3: volts is NaN"));
     assert!(changed(2, (f64::INFINITY, 0.9)).contains("pair 3: range is inf"));
     assert!(changed(7, (80.0, -0.4)).contains("pair 8: volts is -0.4"));
-    // All but one the same volts, but for rounding.
+    // All but one have the same volts, up to rounding.
     let mut close: Vec<_> = (0..8)
         .map(|i| (10.0 + f64::from(i), 1.0 - 1e-15 * f64::from(i)))
         .collect();

@@ -1,17 +1,17 @@
 //! From the figures of the motors to the gains of the controller.
 //!
-//! In: a [`DriveTrain`] and the period. Out: [`Gains`], or why there are none.
+//! In: a [`DriveTrain`] and the period. Out: [`Gains`], or the reason why there are none.
 //!
-//! 1. The five-state model must be controllable: for each eigenvalue λ of A the rows of [λI - A, B]
-//!    are independent (Hautus). What is not is named by its state.
-//! 2. It is made discrete for a voltage that is held during the period, and each output gets an
-//!    integrator: z ← z + h (y - y_wished), for ΔΨ and for Ψ'_L.
-//! 3. The weights of a linear-quadratic regulator are inverse squares of what is still acceptable
+//! 1. The five-state model must be controllable: for each eigenvalue λ of A, the rows of [λI - A,
+//!    B] are independent (Hautus). An uncontrollable mode is reported by its main state.
+//! 2. The model is made discrete for a voltage that is held during the period, and each output gets
+//!    an integrator: z ← z + h (y - y_wished), for ΔΨ and for Ψ'_L.
+//! 3. The weights of a linear-quadratic regulator are inverse squares of the acceptable deviations
 //!    (Bryson's rule).
-//! 4. Each motor's observer has the states (Ψ, Ψ', i, load): encoders count Ψ alone. The load
-//!    torque is a state too, because without it a load or a wrong figure leaves a lasting error in
-//!    the estimated speed. Its gain is the stationary Kalman filter's; the measurement's noise is
-//!    that of rounding to counts, one twelfth of a count squared.
+//! 4. Each motor's observer has the states (Ψ, Ψ', i, load), because encoders count only Ψ. The
+//!    load torque is a state too: without it, a load or a wrong figure leaves a lasting error in
+//!    the estimated speed. The gain is that of the stationary Kalman filter; the measurement noise
+//!    is that of rounding to counts, one twelfth of a count squared.
 //!
 //! Source: TDK 2016 §1.1 (model, state feedback, integrators); Åström & Wittenmark (1997),
 //! "Computer-controlled systems", ch. 9 and 11.
@@ -23,24 +23,24 @@ use super::riccati::{RiccatiError, filter_gain, regulator_gain};
 use crate::bounds::{OutOfBounds, POSITIVE, check};
 use crate::robot::{DriveTrain, MotorError, MotorModel};
 
-/// Pivots of [λI - A, B] below this part of the largest are taken for 0.
+/// Pivots of [λI - A, B] below this part of the largest count as 0.
 const UNCONTROLLABLE: f64 = 1e-9;
 
-/// Acceptable error of ΔΨ, rad: five counts; smaller keeps straighter and takes more voltage.
+/// Acceptable error of ΔΨ, rad: five counts; smaller drives straighter and takes more voltage.
 const DIFFERENCE: f64 = 0.05;
 /// Acceptable error of a speed, rad/s.
 const SPEED: f64 = 0.3;
 /// Acceptable error of a current, A.
 const CURRENT: f64 = 1.0;
-/// Acceptable integral of the error of ΔΨ, rad s; smaller ends lasting errors sooner and swings
+/// Acceptable integral of the error of ΔΨ, rad s; smaller ends lasting errors sooner, but swings
 /// sooner.
 const DIFFERENCE_INTEGRAL: f64 = 0.02;
 /// Acceptable integral of the error of Ψ'_L, rad; as above.
 const SPEED_INTEGRAL: f64 = 0.1;
-/// Voltage that is worth an acceptable error, as a part of the battery's.
+/// Voltage that weighs as much as an acceptable error, as a part of the battery's.
 const VOLTAGE: f64 = 0.28;
-/// How fast the load may wander, as the observer assumes: part of the stalled motor's torque per
-/// √s; more follows loads sooner and lets more of the counts' steps through.
+/// How fast the load drifts, as the observer assumes: part of the stalled motor's torque per √s;
+/// more follows loads sooner and lets more of the steps of the counts through.
 const LOAD_DRIFT: f64 = 0.3;
 /// Of (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ').
 #[rustfmt::skip]
@@ -57,7 +57,7 @@ pub enum DesignError {
     /// The period, or the encoder.
     #[error("controller: {0}")]
     Config(#[from] OutOfBounds),
-    /// No voltage moves one of the modes.
+    /// No voltage affects one of the modes.
     #[error(
         "the motors cannot be controlled: no voltage moves the mode of eigenvalue {eigenvalue:.4} 1/s, mostly {state}"
     )]
@@ -77,11 +77,11 @@ pub enum DesignError {
     },
 }
 
-/// What the controller computes with at each period.
+/// What the controller computes with in each period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gains {
-    /// K of u = u_wished - K e, e = (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ'): what is less what is
-    /// wished.
+    /// K of u = u_wished - K e, with e = (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ'): observed minus
+    /// desired.
     pub feedback: SMatrix<f64, 2, 7>,
     /// Of the left and of the right motor.
     pub observers: [ObserverGains; 2],
@@ -101,10 +101,10 @@ pub struct ObserverGains {
 }
 
 impl Gains {
-    /// The gains for motors read and driven once in `period` seconds, by an encoder of
-    /// `radians_per_count`.
+    /// The gains for motors that are read and driven once every `period` seconds, with an encoder
+    /// of `radians_per_count`.
     ///
-    /// # Errors    [`DesignError`]: a figure that cannot be, a model that no voltage controls, an
+    /// # Errors    [`DesignError`]: an impossible figure, a model that no voltage controls, an
     /// equation that does not converge.
     pub fn design(
         train: &DriveTrain,
@@ -169,7 +169,7 @@ fn observer(
     a.fixed_view_mut::<3, 1>(0, 3).copy_from(&load);
     let (transition, s) = discretize(&a, period);
     let input = s * Vector4::new(voltage.x, voltage.y, voltage.z, 0.0);
-    // A load that wanders moves the other states as well: to first order by S's last column.
+    // A load that drifts moves the other states as well: to first order by S's last column.
     let drift = s.column(3) * (load_drift / period.sqrt());
     let process = drift * drift.transpose();
     let rounding = radians_per_count * radians_per_count / 12.0;
@@ -192,8 +192,8 @@ fn check_controllable(train: &DriveTrain) -> Result<(), DesignError> {
     ];
     let (a, b) = train.matrices();
     for eigenvalue in a.complex_eigenvalues().iter() {
-        // The complex matrix R + i I as one of real numbers, [R -I; I R], of which each singular
-        // value is there twice: complex numbers would need a program of their own for this alone.
+        // The complex matrix R + i I as a real one, [R -I; I R], in which each singular value
+        // occurs twice: complex numbers would need a routine of their own for this alone.
         let rows = DMatrix::from_fn(10, 14, |row, column| {
             let is_diagonal = row % 5 == column % 7;
             match (row / 5 == column / 7, column % 7) {
@@ -205,7 +205,7 @@ fn check_controllable(train: &DriveTrain) -> Result<(), DesignError> {
                 (false, _) => 0.0,
             }
         });
-        // A singular value of nothing: its left vector is the mode that no column reaches.
+        // A singular value of zero: its left vector is the mode that no column reaches.
         let svd = rows.svd(true, false);
         let (at, least) = svd.singular_values.argmin();
         if least <= UNCONTROLLABLE * svd.singular_values.max() {

@@ -3,12 +3,12 @@
 //! In: A of x' = A x + B u and a time step. Out: Φ = exp(A h) and S = ∫₀ʰ exp(A s) ds, so that x⁺ =
 //! Φ x + S B u for an input that is held during the step. A need not be invertible.
 //!
-//! 1. The step is halved until ‖A h‖ is at most 1/2; there the series of S has converged to the
-//!    last bit after 16 terms.
+//! 1. The step is halved until ‖A h‖ is at most 1/2; then the series of S converges to the last bit
+//!    within 16 terms.
 //! 2. Φ = I + A S, and the step is doubled again: S(2h) = S(h) + Φ(h) S(h).
 //!
 //! Source: scaling and squaring as in Van Loan (1978), "Computing integrals involving the matrix
-//! exponential", which takes both from one larger exponential; doubling S keeps the size at that of
+//! exponential", which computes both from one larger exponential; doubling S keeps to the size of
 //! A.
 
 use nalgebra::SMatrix;

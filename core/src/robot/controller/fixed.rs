@@ -1,28 +1,27 @@
-//! The gains in integers, for a processor that has no others.
+//! The gains in integers, for a processor without floating point.
 //!
 //! In: the motors and the [`Gains`] designed for them. Out: the same numbers, scaled and rounded.
 //!
-//! 1. Units that keep every number near one: counts for angles, counts in a period for speeds,
+//! 1. Units that keep every number near one: counts for angles, counts per period for speeds,
 //!    amperes for currents, volts for voltages. A load is the current that holds it; the integral
-//!    of ΔΨ is taken in 64 counts x periods.
-//! 2. States have 16 bits behind the point, so that small corrections add up instead of getting
-//!    lost.
-//! 3. Coefficients are 16-bit numbers: with [`OBSERVER_BITS`] behind the point in the observers,
-//!    [`FEEDBACK_BITS`] where volts come out. One that does not fit is an error: it would wrap
-//!    round in silence on the processor.
+//!    of ΔΨ is in units of 64 counts x periods.
+//! 2. States have 16 fractional bits, so small corrections add up instead of being lost.
+//! 3. Coefficients are 16-bit numbers, with [`OBSERVER_BITS`] fractional bits in the observers and
+//!    [`FEEDBACK_BITS`] where the result is a voltage. One that does not fit is an error: on the
+//!    processor it would overflow silently.
 //!
-//! The observers of the firmware follow the angle relative to the last count, so theirs never
-//! grows; the first column of the transition (1, 0, 0, 0) and the last row (0, 0, 0, 1) need no
+//! The observers of the firmware follow the angle relative to the last count, so their angle never
+//! grows. The first column of the transition (1, 0, 0, 0) and the last row (0, 0, 0, 1) need no
 //! numbers.
 
 use super::Gains;
 use crate::robot::{DriveTrain, MotorModel};
 
-/// Bits behind the point of the observers' coefficients.
+/// Fractional bits of the observers' coefficients.
 pub const OBSERVER_BITS: u32 = 14;
-/// Bits behind the point of coefficients whose product is a voltage.
+/// Fractional bits of coefficients whose product is a voltage.
 pub const FEEDBACK_BITS: u32 = 11;
-/// What the integral of ΔΨ is counted in, counts x periods.
+/// Unit of the integral of ΔΨ, counts x periods.
 pub const INTEGRAL_UNIT: f64 = 64.0;
 
 /// The controller's numbers.
@@ -57,7 +56,7 @@ pub struct FixedError {
     pub of: &'static str,
     /// Its value in the units above.
     pub value: f64,
-    /// What 16 bits hold.
+    /// The largest value that 16 bits hold.
     pub most: f64,
 }
 
@@ -68,7 +67,7 @@ impl FixedGains {
     /// Scales and rounds the gains of these motors.
     ///
     /// # Units    `radians_per_count` of a shaft, as the gains were designed for.
-    /// # Errors    [`FixedError`] for a coefficient that 16 bits do not hold.
+    /// # Errors    [`FixedError`] for a coefficient that does not fit in 16 bits.
     pub fn new(
         train: &DriveTrain,
         gains: &Gains,
@@ -166,7 +165,7 @@ fn rounded(of: &'static str, value: f64, bits: u32) -> Result<i16, FixedError> {
 mod tests {
     use super::*;
 
-    /// Bits behind the point of states and voltages.
+    /// Fractional bits of states and voltages.
     const STATE_BITS: u32 = 16;
     use crate::robot::RobotModel;
     use crate::robot::controller::Observer;
@@ -181,7 +180,7 @@ mod tests {
         (model, gains, fixed)
     }
 
-    /// Steps with the integers, as the firmware does, beside the observer in floating point.
+    /// Steps with the integers, as the firmware does, next to the observer in floating point.
     #[test]
     fn the_integer_observer_follows_the_one_in_floating_point() {
         let (model, gains, fixed) = designed();
@@ -191,10 +190,10 @@ mod tests {
         let times =
             |coefficient: i16, state: i64| (state * i64::from(coefficient)) >> OBSERVER_BITS;
         let one = f64::from(1_u32 << STATE_BITS);
-        // (Ψ less the last count, Ψ', i, load).
+        // (Ψ minus the last count, Ψ', i, load).
         let (mut state, mut last) = ([0_i64; 4], 0_i64);
         for step in 0..500_i64 {
-            // A speed that swings, counted.
+            // An oscillating speed, counted.
             let angle = 40.0 * libm::sin(0.02 * step as f64) + 3.0 * step as f64;
             let (count, voltage) = (angle.floor() as i64, 3.0 * libm::cos(0.05 * step as f64));
             let volts = (voltage * one).round() as i64;

@@ -1,4 +1,4 @@
-//! What an encoder does not count, from what it counts.
+//! Estimates what an encoder does not count from what it does.
 //!
 //! In: the voltage of the last period, the counted angle. Out: angle, speed, current and load of
 //! one motor.
@@ -9,10 +9,10 @@ use nalgebra::Vector4;
 
 use super::ObserverGains;
 
-/// Below this no state matters, and numbers would only grow slow (subnormal) on their way to 0.
+/// Below this a state is insignificant, and on its way to 0 it would only become slow (subnormal).
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Follows one motor.
+/// The observer of one motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observer {
     gains: ObserverGains,
@@ -48,18 +48,18 @@ impl Observer {
         self.state[2]
     }
 
-    /// Load torque, N m: what brakes beside the friction of the model.
+    /// Load torque, N m: the braking torque beyond the friction of the model.
     #[must_use]
     pub fn load(&self) -> f64 {
         self.state[3]
     }
 
-    /// The motor stands at this angle.
+    /// Resets it to a motor that stands at this angle.
     pub fn settle(&mut self, angle: f64) {
         self.state = Vector4::new(angle, 0.0, 0.0, 0.0);
     }
 
-    /// Takes in an angle, counted a period after the last one, with `voltage` on the motor in
+    /// Updates with an angle counted a period after the last one, with `voltage` on the motor in
     /// between.
     pub fn update(&mut self, voltage: f64, angle: f64) {
         let ObserverGains {

@@ -1,15 +1,15 @@
-//! The discrete algebraic Riccati equation, and what it is solved for: feedback gains and filter
-//! gains.
+//! The discrete algebraic Riccati equation, and the gains computed from it: of feedback and of
+//! filters.
 //!
 //! In: A, B and the weights Q and R. Out: the X of X = AᵀXA - AᵀXB (R + BᵀXB)⁻¹ BᵀXA + Q, and the
-//! gains that come of it.
+//! gains that follow from it.
 //!
 //! 1. Doubling: with G = B R⁻¹ Bᵀ, H = Q and W = (I + G H)⁻¹,
-//!    A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A. After k rounds H is what the fixed-point
-//!    iteration of the equation has after 2ᵏ: it settles in about ten rounds where that takes
+//!    A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A. After k rounds, H is what the fixed-point
+//!    iteration of the equation has after 2ᵏ: it converges in about ten rounds where that takes
 //!    thousands at 1 kHz.
-//! 2. Whatever comes out is put into the equation again; what does not satisfy it is an error, not
-//!    a gain.
+//! 2. The result is put back into the equation; if it does not satisfy it, that is an error, not a
+//!    gain.
 //!
 //! Source: Anderson (1978), "Second-order convergent algorithms for the steady-state Riccati
 //! equation"; Chu, Fan, Lin & Wang (2004), "Structure-preserving algorithms for periodic
@@ -19,9 +19,9 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::geom::Length;
 
-/// Rounds after which a solution that has not settled never will: 2⁵⁰ steps.
+/// Rounds after which a solution that has not converged never will: 2⁵⁰ steps.
 const MOST_ROUNDS: usize = 50;
-/// Part of X by which a round may still change it, and by which the equation may be missed.
+/// The change of X in a round, and the residual of the equation, that are accepted, as a part of X.
 const SETTLED: f64 = 1e-12;
 const RESIDUAL: f64 = 1e-6;
 
@@ -29,14 +29,14 @@ const RESIDUAL: f64 = 1e-6;
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RiccatiError {
-    /// The iteration runs away, or settles on what is no solution.
+    /// The iteration diverges, or converges to something that is not a solution.
     #[error(
         "the Riccati equation does not converge: after {rounds} doublings it is missed by {residual:e} of its solution"
     )]
     NotConverged {
         /// Rounds of doubling.
         rounds: usize,
-        /// Relative residual; NaN where the numbers ran over.
+        /// Relative residual; NaN if the numbers overflowed.
         residual: f64,
     },
     /// R, or R + BᵀXB, has no inverse.
@@ -96,7 +96,7 @@ pub fn regulator_gain<const N: usize, const M: usize>(
 }
 
 /// The gain of the stationary Kalman filter for one measured number y = c x, by the dual equation:
-/// what a filter that has predicted adds for each unit of innovation.
+/// what the filter adds to its prediction for each unit of innovation.
 ///
 /// # Errors    [`RiccatiError`], as [`riccati`].
 pub fn filter_gain<const N: usize>(
@@ -111,7 +111,7 @@ pub fn filter_gain<const N: usize>(
     Ok(predicted * c / innovation)
 }
 
-/// By how much X misses the equation, as a part of X.
+/// The residual of X in the equation, as a part of X.
 pub(super) fn residual<const N: usize, const M: usize>(
     a: &SMatrix<f64, N, N>,
     b: &SMatrix<f64, N, M>,
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn filter_gain_is_that_of_the_covariance_recursion() {
-        // A position that walks with a walking speed.
+        // A position that drifts, with a speed that drifts.
         let (a, c) = (Matrix2::new(1.0, 0.1, 0.0, 1.0), Vector2::new(1.0, 0.0));
         let (process, measurement) = (Matrix2::new(1e-4, 0.0, 0.0, 1e-2), 0.5);
         let gain = filter_gain(&a, &c, &process, measurement).unwrap();

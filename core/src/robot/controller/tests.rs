@@ -1,4 +1,4 @@
-//! The gains against the linear model, and the errors of models that cannot be controlled.
+//! The gains compared with the linear model, and the errors for models that cannot be controlled.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -25,7 +25,7 @@ fn closed_loop_and_observers_are_stable_and_faster_than_the_motors() {
             .iter()
             .map(|z| z.norm())
             .collect();
-        // Every mode has decayed to 1/e within half a second.
+        // Every mode decays to 1/e within half a second.
         assert!(slowest(&closed) < libm::exp(-PERIOD / 0.5), "{closed:?}");
         for observer in gains.observers {
             let measured = SMatrix::<f64, 1, 4>::new(1.0, 0.0, 0.0, 0.0);

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// Direction and reading of all that was kept.
+/// Direction and reading of every beam that was kept.
 fn kept(bearings: &[f64], ranges: &[f32]) -> Vec<(f64, f32)> {
     let even = EvenBeams::of(bearings, ranges);
     assert_eq!(even.beams.len(), bearings.len());
@@ -45,8 +45,8 @@ fn of_two_in_one_direction_the_nearer_counts_and_a_number_before_none() {
 
 #[test]
 fn all_round_the_fan_begins_at_the_back() {
-    // 360 bearings, each off by up to a tenth of a step; as a lidar gives them that turns clockwise
-    // from ahead.
+    // 360 bearings, each off by up to a tenth of a step, as from a lidar that turns clockwise
+    // starting ahead.
     let off = |i: usize| 0.1 * libm::sin(12.9 * i as f64);
     let bearings: Vec<f64> = (0..360)
         .map(|i| wrap(-(i as f64 + off(i)).to_radians()))
@@ -58,8 +58,8 @@ fn all_round_the_fan_begins_at_the_back() {
 }
 
 proptest! {
-    /// A beam that a sensor skipped costs one other its place at most, and none is off by more than
-    /// half a step: of a fan that leaves more room open than all round.
+    /// A beam that a sensor skipped costs at most one other its place, and none is off by more than
+    /// half a step, for a fan that does not cover the full circle.
     #[test]
     fn a_fan_with_a_hole_keeps_its_beams_in_their_directions(
         middle in -3.2..3.2_f64, part in 0.02..1.0_f64, count in 8..200_usize, hole in 0.0..1.0_f64, is_falling: bool,

@@ -1,4 +1,4 @@
-//! Tracks against the arc of constant speeds, covariances against numeric propagation.
+//! Tracks compared with the arc of constant speeds, covariances with numeric propagation.
 
 use nalgebra::Vector3;
 
@@ -91,7 +91,7 @@ fn constant_noise_does_not_ask_how_far_the_tracks_ran() {
     let (b, q) = (0.2, 1e-6);
     let noise = TrackNoise::Constant(q);
     let standing = noise.covariance(&Tracks::default(), b);
-    // Δs = (R + L)/2 and Δθ = (R - L)/b of two independent errors.
+    // Δs = (R + L)/2 and Δθ = (R - L)/b from two independent errors.
     assert!((standing[(0, 0)] - 0.5 * q).abs() < 1e-18);
     assert!((standing[(2, 2)] - 2.0 * q / (b * b)).abs() < 1e-15);
     let straight = Tracks {

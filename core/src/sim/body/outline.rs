@@ -1,37 +1,36 @@
 //! A body that is not round: how far it moves and turns before it touches something.
 //!
-//! In: a way and a turn of one step. Out: the pose at their end or where something stopped them,
-//! and what was lost of the way.
+//! In: the translation and turn of one step. Out: the pose at their end or where something stopped
+//! them, and how much of the translation was lost.
 //!
-//! 1. Conservative advancement (Mirtich 1996): to whatever stands near, the nearest points of body
-//!    and thing are d apart in a direction n, and no corner comes nearer along n than d as long as
-//!    the part of the motion that is done keeps to that. All of the motion is done at once where it
-//!    does.
-//! 2. Where next to nothing can be done of it, what leads into the touched thing is taken off: of
-//!    the way first, then the turn.
-//! 3. The body never ends inside of anything, for every part of the motion was proved free; a
-//!    motion that finds no end ends where it is.
+//! 1. Conservative advancement (Mirtich 1996): the nearest points of the body and of each nearby
+//!    object are d apart in a direction n. A part of the motion is free if no corner moves by more
+//!    than d along n towards the object. If all of the motion is free, it is done at once.
+//! 2. If almost nothing of it is free, the part that leads into the touched object is removed: from
+//!    the translation first, then from the turn.
+//! 3. The body never ends inside anything, because every part of the motion was proved free; a
+//!    motion that cannot be completed ends where it is.
 
 use nalgebra::{Point2, Vector2};
 
 use super::{Body, Caster, Disc, LOOKOUT, SKIN, TOUCH, Touch};
 use crate::geom::{Footprint, Length, Pose2, Segment, wrap};
 
-/// Parts in which a motion is done at most.
+/// Most parts in which a motion is done.
 const MOST_PARTS: usize = 32;
-/// A part of the rest of the motion that is as good as none.
+/// A part of the remaining motion below this counts as none.
 const STUCK: f64 = 1e-3;
 
-/// Something close by: the nearest points of body and thing, world frame.
+/// A nearby object: the nearest points of body and object, world frame.
 struct Proximity {
     on_body: Point2<f64>,
     apart: f64,
-    /// From the thing to the body, of unit length.
+    /// From the object to the body, of unit length.
     normal: Vector2<f64>,
 }
 
 impl Body {
-    /// Moves and turns; gives the part of the way that was lost.
+    /// Moves and turns; returns the part of the translation that was lost.
     pub(super) fn move_outline(
         &mut self,
         outline: &Footprint,
@@ -76,7 +75,7 @@ impl Body {
         lost + rest.0
     }
 
-    /// Which part of a motion, 0 to 1, is proved not to touch a thing.
+    /// The part of a motion, 0 to 1, that is proved not to touch an object.
     fn free_part(
         &self,
         outline: &Footprint,
@@ -85,8 +84,8 @@ impl Body {
     ) -> f64 {
         let room = (near.apart - 0.5 * SKIN).max(0.0);
         let pose = self.pose();
-        // To first order each corner moves on a line; an arc leaves it by half of its angle squared
-        // and its radius.
+        // To first order each corner moves on a line; an arc departs from it by half the
+        // square of its angle times its radius.
         let nearer = outline.corners().iter().map(|corner| {
             let arm = pose * *corner - self.position;
             -near.normal.dot(&(way + Vector2::new(-arm.y, arm.x) * turn))
@@ -96,11 +95,11 @@ impl Body {
         if linear + bend <= room {
             return 1.0;
         }
-        // bend f² + linear f = room, in the form that loses no digits.
+        // bend f² + linear f = room, in the form without cancellation.
         2.0 * room / (linear + (linear * linear + 4.0 * bend * room).sqrt())
     }
 
-    /// What stands so near that a motion of this length might touch it.
+    /// Objects so near that a motion of this length might touch them.
     fn near(
         &self,
         outline: &Footprint,
@@ -118,7 +117,7 @@ impl Body {
         found
     }
 
-    /// The nearest thing that an outline touches.
+    /// The nearest object that an outline touches.
     pub(super) fn touch_of_outline(
         &self,
         outline: &Footprint,

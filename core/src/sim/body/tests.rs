@@ -1,4 +1,4 @@
-//! Touches against sampled distances, contacts and bumpers.
+//! Touches compared with sampled distances; contacts and bumpers.
 
 use proptest::prelude::*;
 use rand::SeedableRng;
@@ -38,7 +38,7 @@ proptest! {
                 prop_assert!((s.distance(from + direction * reach) - radius).abs() < 1e-9);
                 prop_assert!((normal.length() - 1.0).abs() < 1e-9 && normal.dot(&direction) <= 0.0);
             }
-            // A nick between two samples is no contradiction.
+            // Grazing between two samples is no contradiction.
             (Some((reach, _)), None) => prop_assert!(s.distance(from + direction * (reach + step)) > radius - step || reach > 7.9),
             (None, Some(t)) => prop_assert!(false, "touches at {t}"),
             (None, None) => {}
@@ -111,8 +111,7 @@ proptest! {
             });
             let aim = Pose2::new(before.x() + way.x, before.y() + way.y, before.heading() + turn);
             let is_done = (body.position - aim.position()).length() < 1e-9 && wrap(body.heading - aim.heading()).abs() < 1e-9;
-            // Sampled every fraction of a millimetre; nearer than that nothing is decided by
-            // samples.
+            // Sampled every fraction of a millimetre; samples decide nothing at smaller distances.
             match whole.fold(f64::NEG_INFINITY, f64::max) {
                 deepest if deepest < -2e-3 => prop_assert!(is_done && lost.length() < 1e-12, "{deepest}: {:?} not {aim:?}", body.pose()),
                 deepest if deepest > 2e-3 => prop_assert!(!is_done, "{deepest}"),

@@ -1,18 +1,18 @@
-//! All beams of a scan that is taken from one place, at once.
+//! All beams of a scan taken from one place, at once.
 //!
 //! In: a place, a heading and a [`Fan`] of regular bearings. Out: for each beam the first wall, as
 //! [`Caster::cast`] finds it.
 //!
-//! 1. The cells around the place are visited ring by ring, so that the walls come roughly from near
-//!    to far.
-//! 2. Each wall is offered once, to the beams between the bearings of its two ends and one more on
-//!    either side. The test is that of a single ray, so the distances are the same to the bit.
-//! 3. It ends when the next ring begins farther away than the farthest beam has come.
+//! 1. The cells around the place are visited ring by ring, so the walls come roughly from near to
+//!    far.
+//! 2. Each wall is tested once, against the beams between the bearings of its two ends and one more
+//!    on either side. The test is that of a single ray, so the distances are the same to the bit.
+//! 3. It ends when the next ring begins beyond the farthest beam's current end.
 //!
-//! Why beside [`Caster::cast`]: a ray alone is a chain of steps that wait for one another. Here the
-//! inner loop runs over beams side by side without a branch, in the vector registers of any
-//! processor. It is for flashes and for scans that are guessed: a turning lidar on a moving robot
-//! has no one place.
+//! Why this and not only [`Caster::cast`]: a single ray is a chain of steps that wait for one
+//! another. Here the inner loop runs over beams side by side without a branch, in the vector
+//! registers of any processor. It is for flashes and for predicted scans: a turning lidar on a
+//! moving robot has no single place.
 
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -24,11 +24,11 @@ use crate::geom::{sin_cos, wrap};
 
 /// No wall met, in the column of walls.
 const NONE: f64 = -1.0;
-/// A wall whose ends are seen in opposite directions but for this is as good as under the sensor,
-/// rad.
+/// A wall whose ends are seen in opposite directions to within this angle counts as directly under
+/// the sensor, rad.
 const OPPOSITE: f64 = 1e-6;
 
-/// Regular bearings, and what was found along them; kept from place to place, so that nothing is
+/// Regular bearings, and what was found along them; reused from place to place, so nothing is
 /// allocated.
 #[derive(Clone, Debug)]
 pub struct Fan {
@@ -36,21 +36,21 @@ pub struct Fan {
     step: f64,
     /// Cosine and sine of each bearing in the sensor frame.
     bearings: [Vec<f64>; 2],
-    /// The same at the place of the last cast.
+    /// The same for the last cast.
     directions: [Vec<f64>; 2],
     distances: Vec<f64>,
-    /// Number of the wall, or [`NONE`]: a number as wide as the distance is chosen by the same
-    /// mask.
+    /// Index of the wall, or [`NONE`]. It is as wide as the distance, so the same mask selects
+    /// both.
     surfaces: Vec<f64>,
-    /// The last cast in which each wall was offered.
+    /// The last cast in which each wall was tested.
     offered: Vec<u32>,
     casts: u32,
 }
 
 impl Fan {
-    /// `beams` bearings from `first` on, `step` apart (rad, more than 0), at most one round.
+    /// `beams` bearings from `first` on, `step` apart (rad, more than 0), at most one full turn.
     ///
-    /// `None` where that is not so.
+    /// `None` if these conditions do not hold.
     #[must_use]
     pub fn new(beams: usize, first: f64, step: f64) -> Option<Self> {
         let round = step * beams as f64;
@@ -73,14 +73,14 @@ impl Fan {
         })
     }
 
-    /// Distance of the first wall along each beam, m; `INFINITY` where there is none within range.
+    /// Distance of the first wall along each beam, m; `INFINITY` if there is none within range.
     #[must_use]
     pub fn distances(&self) -> &[f64] {
         &self.distances
     }
 
-    /// Number of the wall that a beam met, in [`Caster::walls`]. Where a beam runs exactly through
-    /// a corner it may be another of its walls than [`Caster::cast`] names.
+    /// Index in [`Caster::walls`] of the wall that a beam met. If a beam runs exactly through a
+    /// corner, it may be another of its walls than the one [`Caster::cast`] names.
     #[must_use]
     pub fn surface(&self, beam: usize) -> Option<usize> {
         let surface = *self.surfaces.get(beam)?;
@@ -104,7 +104,8 @@ impl Fan {
         self.distances.fill(max_range);
         self.surfaces.fill(NONE);
         self.casts = self.casts.wrapping_add(1);
-        // Another caster, or four thousand million casts: what was offered then says nothing now.
+        // Another caster, or four thousand million casts: the record of tested walls is no longer
+        // valid.
         if self.offered.len() != walls || self.casts == 0 {
             self.offered.clear();
             self.offered.resize(walls, 0);
@@ -120,7 +121,7 @@ impl Fan {
         }
     }
 
-    /// How far the farthest beam has come.
+    /// How far the farthest beam currently reaches.
     fn farthest(&self) -> f64 {
         self.distances.iter().copied().fold(0.0, greater)
     }
@@ -132,7 +133,7 @@ impl Fan {
         std::mem::replace(offered, self.casts) != self.casts
     }
 
-    /// Offers a wall to the beams that may meet it. `zero`: where the first beam points, rad.
+    /// Tests a wall against the beams that may meet it. `zero`: where the first beam points, rad.
     fn offer(&mut self, item: &Item, origin: Point2<f64>, zero: f64) {
         let from = Vector2::new(item.ax - origin.x, item.ay - origin.y);
         let to = from + Vector2::new(item.vx, item.vy);
@@ -150,19 +151,19 @@ impl Fan {
         let round = TAU / self.step;
         let first = (wrap(start - zero) / self.step).floor() - 1.0;
         let end = first + (turn.abs() / self.step).ceil() + 3.0;
-        // Bearings come back after a round.
+        // Bearings repeat after a full turn.
         for shift in [0.0, round, -round] {
             self.try_beams(first + shift.floor(), end + shift.ceil(), item, from);
         }
     }
 
-    /// Tries the beams from `first` to `last`, as far as there are such.
+    /// Tries the beams from `first` to `last`, as far as they exist.
     fn try_beams(&mut self, first: f64, last: f64, item: &Item, to_wall: Vector2<f64>) {
         let count = self.distances.len();
         if last < 0.0 || first >= count as f64 {
             return;
         }
-        // Both fit, so that `as` is exact; below 0 it gives 0.
+        // Both are in range, so `as` is exact; below 0 it gives 0.
         let beams = first as usize..=(last as usize).min(count.saturating_sub(1));
         let [xs, ys] = &self.directions;
         let (Some(xs), Some(ys), Some(distances), Some(surfaces)) = (
@@ -177,7 +178,7 @@ impl Fan {
         let across = to_wall.x * item.vy - to_wall.y * item.vx;
         let directions = xs.iter().zip(ys);
         for ((&x, &y), (best, met)) in directions.zip(distances.iter_mut().zip(surfaces)) {
-            // As in `Item::meet`, but chosen by masks.
+            // As in `Item::meet`, but selecting by masks.
             let denominator = x * item.vy - y * item.vx;
             let size = denominator.abs();
             let along = (to_wall.x * y - to_wall.y * x) * 1.0_f64.copysign(denominator);
@@ -194,9 +195,9 @@ impl Fan {
 
 impl Caster {
     /// The first wall along each beam of `fan` from `origin`, not farther than `max_range` (m); the
-    /// fan's bearings count from `heading` (rad, world frame). What was found stands in the fan.
+    /// fan's bearings count from `heading` (rad, world frame). The results are stored in the fan.
     ///
-    /// Nothing is met where place or heading are not finite.
+    /// Nothing is met if place or heading is not finite.
     pub fn cast_fan(&self, origin: Point2<f64>, heading: f64, max_range: f64, fan: &mut Fan) {
         fan.begin(heading, max_range, self.walls.len());
         if (origin.x + origin.y + heading).is_finite() && max_range >= 0.0 {
@@ -216,8 +217,8 @@ impl Caster {
         fan.end();
     }
 
-    /// The rings of cells around the one at `at` that touch the grid: number, and distance of its
-    /// inner side in cells.
+    /// The rings of cells around the one at `at` that touch the grid: number, and distance of the
+    /// ring's inner side in cells.
     fn rings(&self, at: Vector2<f64>) -> impl Iterator<Item = (f64, f64)> + use<> {
         let gap = |at: f64, count: usize| {
             let (cell, count) = (at.floor(), count as f64);
@@ -229,7 +230,7 @@ impl Caster {
         let (x, y) = (gap(at.x, self.cols), gap(at.y, self.rows));
         let (least, most) = (greater(x.0, y.0), greater(x.1, y.1));
         let border = x.2.min(y.2);
-        // So far away that a cell is less than the rounding, nothing is within any range.
+        // So far away that a cell is smaller than the rounding, nothing is within any range.
         let far = most > 1e9;
         let rings = if far { 0 } else { (most - least) as usize + 1 };
         (0..rings).map(move |k| {
@@ -238,7 +239,7 @@ impl Caster {
         })
     }
 
-    /// Visits the items in the cells of one ring, as far as it lies in the grid.
+    /// Visits the items in the cells of one ring, as far as the ring lies in the grid.
     fn offer_ring(&self, at: Vector2<f64>, ring: f64, mut visit: impl FnMut(&Item)) {
         let (col, row) = (at.x.floor(), at.y.floor());
         let Some(rows) = clip(row - ring, row + ring, self.rows) else {
@@ -270,7 +271,7 @@ impl Caster {
     }
 }
 
-/// The whole numbers from `low` to `high` that are indices below `count`.
+/// The integers from `low` to `high` that are indices below `count`.
 fn clip(low: f64, high: f64, count: usize) -> Option<RangeInclusive<usize>> {
     let most = count as f64 - 1.0;
     (high >= 0.0 && low <= most).then(|| greater(low, 0.0) as usize..=high.min(most) as usize)

@@ -1,4 +1,4 @@
-//! Rays, fans and clearances against all walls tried one by one.
+//! Rays, fans and clearances compared with trying all walls one by one.
 
 use proptest::prelude::*;
 
@@ -73,7 +73,7 @@ proptest! {
         let caster = Caster::new(walls);
         let mut fan = Fan::new(beams, first, part * std::f64::consts::TAU / beams as f64).unwrap();
         let origin = Point2::new(x, y);
-        // Twice from elsewhere: nothing of the first cast may be left.
+        // Again from elsewhere: nothing of the first cast may remain.
         caster.cast_fan(Point2::new(y, x), 1.0, 50.0, &mut fan);
         caster.cast_fan(origin, heading, range, &mut fan);
         for beam in 0..beams {
@@ -92,8 +92,7 @@ proptest! {
             let (x, y, length) = (f64::from(x), f64::from(y), f64::from(length));
             if upright { wall(x, y, x, y + length) } else { wall(x, y, x + length, y) }
         }).collect();
-        // Half a metre off the lattice, so that the ray does not run along a wall or through its
-        // end.
+        // Half a metre off the lattice, so the ray does not run along a wall or through its end.
         let origin = Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         check(&walls, origin, f64::from(quarter) * std::f64::consts::FRAC_PI_2, 50.0);
     }
@@ -108,7 +107,7 @@ proptest! {
 
 #[test]
 fn corners_of_closed_rooms_have_no_crack() {
-    // Through the very corner in floating point: every ray must end.
+    // Through the exact corner in floating point: every ray must end.
     let shape = crate::sim::Shape::Circle {
         centre: Point2::new(0.3, 0.1),
         radius: 3.0,
@@ -191,8 +190,8 @@ fn fans_begin_on_walls_and_corners_and_outside_of_the_building() {
 
 #[test]
 fn rays_on_the_border_of_two_cells_arrive() {
-    // A ray that never leaves its row once crept along the border by rounding errors until it was
-    // given up.
+    // A ray that never leaves its row once crept along the border because of rounding errors, until
+    // it was given up.
     let walls = vec![
         wall(-3.0, -2.0, 5.0, -2.0),
         wall(5.0, -2.0, 5.0, 4.0),

@@ -1,4 +1,4 @@
-//! The simulated drive against its commands, and against the limits of its model.
+//! The simulated drive compared with its commands, and with the limits of its model.
 
 use proptest::prelude::*;
 use rand::SeedableRng;
@@ -11,10 +11,10 @@ fn drive(model: &RobotModel, seed: u64) -> Drive {
 }
 
 struct Run {
-    /// Both tracks' way, m.
+    /// Distance of both tracks, m.
     way: Tracks,
     seconds: f64,
-    /// Furthest that the middle of the tracks was along its way, m.
+    /// The farthest that the middle of the tracks got along its path, m.
     furthest: f64,
 }
 
@@ -53,7 +53,7 @@ proptest! {
         let few = 3.0 * model.metres_per_tick;
         prop_assert!((way.left - metres).abs() < few && (way.right - metres).abs() < few, "{way:?}");
         prop_assert!(furthest < metres.abs() + (0.1 * metres.abs()).min(6.0 * model.metres_per_tick).max(few));
-        // The time of the ideal trapezoid: s/v + v/a, or 2 √(s/a) where the top speed is never
+        // The time of the ideal trapezoid: s/v + v/a, or 2 √(s/a) if the top speed is never
         // reached.
         let (v, a, s) = (model.max_speed, model.max_acceleration, metres.abs());
         let ideal = if s > v * v / a { s / v + v / a } else { 2.0 * (s / a).sqrt() };
@@ -80,7 +80,7 @@ proptest! {
         }
         drive.command(Command::Forward(metres));
         let way = run(&mut drive).way;
-        // What is behind the wish by then is run as well.
+        // The tracks also complete what they lag behind the desired motion.
         prop_assert!((0.5 * (way.left + way.right) - metres).abs() < 0.01, "{way:?}");
     }
 
@@ -159,15 +159,15 @@ fn a_track_that_scrubs_draws_more_current_and_one_that_is_stuck_gives_up() {
     for period in 0..4000 {
         free.step(0.0);
         scrubbing.step(model.drive.grip);
-        // The counts' steps make the currents ripple: the mean of the last second.
+        // The steps of the counts make the currents ripple: take the mean of the last second.
         if period >= 4000 - periods {
             for (side, rise) in rises.iter_mut().enumerate() {
                 *rise += (scrubbing.currents()[side] - free.currents()[side]) / f64::from(periods);
             }
         }
     }
-    // c2 i carries the force times the lever; the motors' own constants are within a tenth of the
-    // model's.
+    // c2 i carries the force times the lever arm; the motors' own constants are within a tenth of
+    // the model's.
     let motor = &model.drive.left;
     let more = model.drive.grip * model.drive.metres_per_radian / motor.torque_constant;
     for rise in rises {

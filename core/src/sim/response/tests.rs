@@ -1,8 +1,8 @@
-//! The controller on motors that are not those that it assumes, against what is asked of it.
+//! The controller on motors that differ from its model, compared with its requirements.
 
 use super::*;
 
-/// Magnets of the right motor that differ from what the controller believes, as parts.
+/// How far the right motor's magnets differ from the controller's model, as parts.
 const MISMATCHES: [f64; 3] = [0.0, 0.3, -0.3];
 
 fn trial(robot: &RobotModel, forward: f64, mismatch: f64) -> Trial {
@@ -15,14 +15,14 @@ fn closed(trial: &Trial) -> Vec<ResponseSample> {
     trial.run(Loop::Closed).unwrap()
 }
 
-/// Mean speeds of both tracks over the last second: the counts' steps average out.
+/// Mean speeds of both tracks over the last second, to average out the steps of the counts.
 fn final_speeds(samples: &[ResponseSample]) -> [f64; 2] {
     let [begin, end] = [&samples[samples.len() - 1001], &samples[samples.len() - 1]];
     [0, 1].map(|side: usize| (end.ways[side] - begin.ways[side]) / (end.seconds - begin.seconds))
 }
 
 /// No lasting error: speeds to a thousandth, heading to a third of what one count of one track
-/// makes of it.
+/// makes.
 fn assert_settled(trial: &Trial, samples: &[ResponseSample]) {
     let wished = samples[samples.len() - 1].wished;
     for (found, wished) in final_speeds(samples).iter().zip(wished) {
@@ -64,9 +64,9 @@ fn steps_and_ramps_end_without_error_and_without_overshoot_on_any_motors() {
                     let samples = closed(&trial);
                     assert_settled(&trial, &samples);
                     let over = fastest(&samples) / forward.abs() - 1.0;
-                    // A slow step, which no command makes: the motor is faster than believed by as
-                    // much as its magnet is weaker, until a few counts have shown it; a count is 8
-                    // ms then.
+                    // A slow step, which no command makes: the motor is faster than assumed by as
+                    // much as its magnet is weaker, until a few counts have shown it; at this speed
+                    // a count takes 8 ms.
                     let is_slow_step = part < 0.5 && ramp.is_infinite();
                     let most = if is_slow_step { 0.20 } else { 0.10 };
                     assert!(
@@ -109,7 +109,7 @@ fn open_loop_veers_by_the_closed_form_of_its_motors() {
         .drive
         .right
         .to_hold(shaft, 0.0, robot.drive.right.dry_friction);
-    // u = (R f / c2 + c1) ω + R dry / c2 for the motor that it has.
+    // u = (R f / c2 + c1) ω + R dry / c2 for the true motor.
     let motor = trial.motors.right;
     let per_torque = motor.resistance / motor.torque_constant;
     let speed = (voltage - per_torque * motor.dry_friction)
@@ -150,7 +150,8 @@ fn saturated_start_ends_without_error_and_stays_straight() {
     for mismatch in MISMATCHES {
         let mut trial = trial(&robot, 0.30, mismatch);
         trial.ramp = f64::INFINITY;
-        // The brake of a full second keeps both motors at the battery's voltage; then it is let go.
+        // A brake for a full second keeps both motors at the battery's voltage; then it is
+        // released.
         trial.loads = vec![
             LoadStep {
                 at: 0.0,

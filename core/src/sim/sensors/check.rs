@@ -1,4 +1,4 @@
-//! Figures of sensors and what they may be: one piece for all of them.
+//! The figures of sensors and their ranges: one error type for all of them.
 
 use crate::bounds::{Bounds, OutOfBounds, check};
 
@@ -6,20 +6,20 @@ use crate::bounds::{Bounds, OutOfBounds, check};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SensorError {
-    /// A figure outside of its bounds.
+    /// A figure is out of its bounds.
     #[error("{sensor}: {error}")]
     Bounds {
         /// Kind of sensor.
         sensor: &'static str,
-        /// The figure, what it is and what it may be.
+        /// The figure, its value and its bounds.
         error: OutOfBounds,
     },
-    /// The calibration of the rangers.
+    /// The calibration of the rangers is wrong.
     #[error("rangers: {0}")]
     Calibration(#[from] crate::robot::CharacteristicError),
 }
 
-/// Checks the figures of the sensor of this name.
+/// Checks the figures of the sensor with this name.
 pub(super) fn check_sensor(
     sensor: &'static str,
     figures: &[(&'static str, f64, Bounds)],

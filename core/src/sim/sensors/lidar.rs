@@ -1,25 +1,25 @@
-//! A lidar that turns all the time, one beam after the other: all round, or over a part of each
+//! A lidar that turns all the time, one beam after the other, over a full turn or a part of each
 //! turn.
 //!
-//! 1. Beam k of a revolution is cast from where the robot is at its own instant: a moving robot's
-//!    scan is skewed, as a real one's is, and has to be straightened by [`crate::points`].
-//! 2. Range and bearing err by Gaussian noise; σ of the range is reported with it, from the range
-//!    as measured.
-//! 3. What is nearer than the least range, drops out, or is too dark to answer from where it stands
-//!    is invalid (NaN, 0 on the wire); what is farther than the greatest range is no return
-//!    (infinite). A few readings are outliers, somewhere short of the surface, as from dust and
-//!    edges.
+//! 1. Beam k of a revolution is cast from where the robot is at that instant: a moving robot's scan
+//!    is skewed, like a real one's, and has to be corrected by [`crate::points`].
+//! 2. Range and bearing have Gaussian noise; σ of the range is reported with it, computed from the
+//!    measured range.
+//! 3. A reading nearer than the least range, lost, or too dark to be seen from its distance is
+//!    invalid (NaN, 0 on the wire); beyond the greatest range there is no return (infinite). A few
+//!    readings are outliers, somewhere in front of the surface, as from dust and edges.
 //!
-//! 4. A lidar like SICK's says the greatest range where nothing came back, be it for distance,
-//!    glass or darkness: the three cannot be distinguished ([`LidarModel::says_maximum`]).
-//! 5. The RPLIDAR reports how strong each echo was, 0 to 63 ([`LidarModel::reports_quality`]). What
-//!    a matt surface scatters back falls with cos i / d² (Lambert; i the angle of incidence); the
-//!    weakest echo that it can still use, met squarely at the greatest range for the material,
-//!    is 1.
+//! 4. A lidar like SICK's reports the greatest range if nothing came back, whether because of
+//!    distance, glass or darkness: the three cannot be distinguished
+//!    ([`LidarModel::says_maximum`]).
+//! 5. The RPLIDAR reports the strength of each echo, 0 to 63 ([`LidarModel::reports_quality`]). The
+//!    light scattered back by a matt surface falls with cos i / d² (Lambert; i the angle of
+//!    incidence). Strength 1 is the weakest usable echo, met squarely at the greatest range for the
+//!    material.
 //!
 //! Bearings of a whole turn run from just above -π to π, counter-clockwise (+90° takes the x axis
-//! to the y axis); the seam between two revolutions is behind the robot. Those of a part of it run
-//! from its right end to its left end.
+//! to the y axis); the seam between two revolutions is behind the robot. Bearings of a part of a
+//! turn run from its right end to its left end.
 //!
 //! Source: the specification, "Sensors"; RPLIDAR A1 data sheet (SLAMTEC) for rate and ranges, σ(ρ)
 //! rounded up from the 1 % that it states; SICK LMS 200 technical description for rate, ranges and
@@ -38,7 +38,7 @@ use crate::robot::{Scan, Stamp};
 use crate::sim::Material;
 use crate::sim::noise::gaussian_pair;
 
-/// Quality of the weakest echo that is a reading, and the greatest that six bits hold.
+/// Quality of the weakest echo that counts as a reading, and the greatest that six bits hold.
 const LEAST_QUALITY: u8 = 1;
 const MOST_QUALITY: u8 = 63;
 
@@ -173,7 +173,7 @@ impl LidarModel {
     /// What [`Self::glass_angle`] may be, rad.
     pub const GLASS_ANGLE: Bounds = [0.0, FRAC_PI_2];
 
-    /// The same lidar with so many beams, taken in the same part of its period.
+    /// The same lidar with this many beams, taken in the same part of its period.
     #[must_use]
     pub fn with_beams(&self, beams: usize) -> Self {
         let slots = self.slots as f64 * beams as f64 / self.beams.max(1) as f64;
@@ -220,7 +220,7 @@ impl LidarModel {
         }
     }
 
-    /// What it says where nothing came back.
+    /// What it reports if nothing came back.
     fn silence(&self) -> f32 {
         match self.says_maximum {
             true => self.max_range as f32,
@@ -229,7 +229,7 @@ impl LidarModel {
     }
 }
 
-/// A lidar at work.
+/// A lidar in operation.
 #[derive(Clone, Debug)]
 pub(in crate::sim) struct Lidar {
     model: LidarModel,
@@ -238,18 +238,18 @@ pub(in crate::sim) struct Lidar {
     /// Slots since then.
     slots: u64,
     bearings: Vec<f64>,
-    /// Of the revolution under way.
+    /// Of the revolution in progress.
     readings: Vec<Reading>,
 }
 
-/// What one beam gave.
+/// The reading of one beam.
 #[derive(Clone, Copy, Debug)]
 struct Reading {
     /// m.
     range: f32,
     /// m.
     sigma: f32,
-    /// 0 where nothing valid came back.
+    /// 0 if nothing valid came back.
     quality: u8,
 }
 
@@ -276,13 +276,13 @@ impl Lidar {
         let mut scan = None;
         loop {
             let seconds = self.began + (self.slots + 1) as f64 * between;
-            // Beams on the border of two steps belong to the first, whatever the rounding.
+            // Beams on the border of two steps belong to the first, despite rounding.
             if seconds > span.to + 1e-9 {
                 return scan;
             }
             let slot = (self.slots % slots) as usize;
             let Some(&bearing) = self.bearings.get(slot) else {
-                // Looking away; on to the next turn.
+                // The lidar looks away; on to the next turn.
                 self.slots += slots - slot as u64;
                 continue;
             };
@@ -322,8 +322,8 @@ impl Lidar {
         rng: &mut impl Rng,
     ) -> Reading {
         let model = &self.model;
-        // Drawn for every beam, so that one wall more does not change the noise of all that
-        // follows.
+        // Drawn for every beam, so that one more wall does not change the noise of everything after
+        // it.
         let luck: f64 = rng.random();
         let (of_range, of_bearing) = gaussian_pair(rng);
         let valid = |range: f64, quality| Reading {

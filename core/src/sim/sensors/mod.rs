@@ -1,9 +1,9 @@
-//! Range sensors: from the true world to what the wire would bring.
+//! Range sensors: from the true world to the readings on the wire.
 //!
-//! In: where the sensor is and which way it looks at each instant. Out: a [`Scan`] whose σ are
-//! those that its noise was drawn with. Every sensor has both ways: forward from the world to what
-//! its electronics say, inverse to a range. Faults are part of a sensor: dropouts, outliers, glass
-//! that lets most beams through, dark surfaces that are seen from near only.
+//! In: the pose of the sensor at each instant. Out: a [`Scan`] whose σ are those with which its
+//! noise was drawn. Every sensor has both directions: forward from the world to the output of its
+//! electronics, and inverse to a range. Faults are part of a sensor: dropouts, outliers, glass that
+//! lets most beams through, dark surfaces that are seen only from near.
 
 mod check;
 mod lidar;
@@ -41,7 +41,7 @@ pub enum SensorKind {
 }
 
 impl SensorKind {
-    /// All sensors, with the names used by files, commands and pages, and what a person calls them.
+    /// All sensors, with their names in files, commands and pages, and for people.
     pub const ALL: [(&'static str, Self, &'static str); 4] = [
         ("lidar", Self::Lidar, "Lidar, 360°"),
         ("sick", Self::Sick, "SICK lidar, 180°"),
@@ -49,7 +49,7 @@ impl SensorKind {
         ("sonar", Self::Sonar, "Ring of 16 sonars"),
     ];
 
-    /// The name.
+    /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         let entry = Self::ALL.iter().find(|(_, kind, _)| *kind == self);
@@ -68,7 +68,7 @@ impl SensorKind {
     }
 }
 
-/// There is no sensor of that name.
+/// There is no sensor with that name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no sensor `{0}`; expected one of {names}", names = SensorKind::ALL.map(|(name, ..)| name).join(", "))]
 pub struct UnknownSensor(String);
@@ -88,7 +88,7 @@ impl FromStr for SensorKind {
 pub enum SensorModel {
     /// A lidar that turns all the time.
     Lidar(LidarModel),
-    /// Four infra-red rangers on a servo, which sweep on [`crate::robot::Command::Scan`] only.
+    /// Four infra-red rangers on a servo, which sweep only on [`crate::robot::Command::Scan`].
     Rangers(RangerModel),
     /// A ring of sonars.
     Sonar(SonarModel),
@@ -125,7 +125,7 @@ impl SensorModel {
     }
 }
 
-/// A sensor at work.
+/// A sensor in operation.
 #[derive(Clone, Debug)]
 pub(super) enum Sensor {
     Lidar(Lidar),
@@ -153,14 +153,14 @@ impl Sensor {
         }
     }
 
-    /// Gives up a sweep under way; a lidar turns on.
+    /// Gives up a sweep in progress; a lidar keeps turning.
     pub(super) fn abort(&mut self) {
         if let Self::Rangers(rangers) = self {
             rangers.abort();
         }
     }
 
-    /// Takes the readings that fall into `span`; gives the scan that became complete.
+    /// Takes the readings that fall into `span`; returns a scan when it is complete.
     pub(super) fn step(&mut self, span: &Span, view: &View, rng: &mut impl Rng) -> Option<Scan> {
         match self {
             Self::Lidar(lidar) => lidar.step(span, view, rng),
@@ -169,8 +169,8 @@ impl Sensor {
         }
     }
 
-    /// Whether the robot moves: rangers on a servo sweep to and fro meanwhile, which others need
-    /// not know.
+    /// Whether the robot moves: meanwhile rangers on a servo sweep to and fro; other sensors ignore
+    /// this.
     pub(super) fn moves(&mut self, moves: bool, seconds: f64) {
         match self {
             Self::Rangers(rangers) if moves => rangers.start_partial_scans(seconds),
@@ -179,7 +179,7 @@ impl Sensor {
         }
     }
 
-    /// A few readings of a robot that moves, by a sensor that can sweep only standing.
+    /// A few readings of a moving robot, by a sensor that can sweep only while the robot stands.
     pub(super) fn partial_scan(
         &mut self,
         span: &Span,

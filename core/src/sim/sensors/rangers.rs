@@ -2,23 +2,23 @@
 //! round.
 //!
 //! Forward, from the world to counts:
-//! 1. The robot stands still; the servo goes from -45° to just below +45° in steps, and at each all
-//!    four rangers are read.
-//! 2. The servo stands at a new angle [`RangerModel::settle`] after the command. A ranger measures
-//!    by itself, once in 38.3 ± 9.6 ms, and holds its output meanwhile: what is read may have been
-//!    measured when the servo still stood elsewhere.
-//! 3. The true range becomes volts ([`Sharp`]), which fold back below the peak; noise is in volts;
-//!    the converter has 10 bits.
+//! 1. The robot stands still. The servo goes from -45° to just below +45° in steps, and all four
+//!    rangers are read at each step.
+//! 2. The servo reaches a new angle [`RangerModel::settle`] after the command. A ranger measures by
+//!    itself, once in 38.3 ± 9.6 ms, and holds its output meanwhile: a reading may have been
+//!    measured while the servo was still at the previous angle.
+//! 3. The true range becomes volts ([`Sharp`]), which fold back closer than the peak; noise is
+//!    added in volts; the converter has 10 bits.
 //!
-//! Inverse, from counts to a range with its σ: [`RangerInverse`]. What is nearer than the peak
-//! folds back and looks far, as on the real robot: the scan cannot tell, only what was seen before
-//! can ([`crate::points::BlindZone`]). Without [`RangerModel::folds`] such readings are taken to be
-//! recognised and invalid.
+//! Inverse, from counts to a range with its σ: [`RangerInverse`]. Objects closer than the peak fold
+//! back and look far away, as on the real robot. The scan cannot show this; only earlier
+//! observations can ([`crate::points::BlindZone`]). Without [`RangerModel::folds`], such readings
+//! are assumed to be recognised, and are invalid.
 //!
-//! The readings are handed on in the order of their bearings, with `sweep` 0: nothing moved
-//! meanwhile, and neighbours in the scan are neighbours in the room.
+//! The readings are returned in the order of their bearings, with `sweep` 0: the robot stood still,
+//! and neighbours in the scan are neighbours in the room.
 //!
-//! A robot that moves takes partial scans ([`partial_scan`]).
+//! A moving robot takes partial scans ([`partial_scan`]).
 //!
 //! Source: TDK 2016 §1.3 (four rangers, servo); Sharp GP2Y0A02 and GP2Y0A21 data sheets; the
 //! specification, "Sensors".
@@ -42,9 +42,9 @@ use crate::sim::noise::gaussian_pair;
 const RANGERS: usize = 4;
 /// A pane answers within this angle of its normal, rad: the spot is seen by triangulation.
 const GLASS_ANGLE: f64 = 0.1;
-/// A dark surface sends so little back that the volts are so much noisier.
+/// Noise factor of a dark surface, because it sends so little back.
 const DARK_NOISE: f64 = 1.5;
-/// What is farther than this many greatest ranges sends nothing back.
+/// Beyond this many times the greatest range, nothing is sent back.
 const LIGHT_RANGE: f64 = 2.0;
 
 impl RangerModel {
@@ -88,24 +88,24 @@ impl RangerModel {
     }
 }
 
-/// Rangers at work.
+/// Rangers in operation.
 #[derive(Clone, Debug)]
 pub(in crate::sim) struct Rangers {
     model: RangerModel,
     inverse: RangerInverse,
-    /// When the sweep under way began, s.
+    /// When the sweep in progress began, s.
     began: Option<f64>,
-    /// The cycles of the rangers: when the first ends after the sweep began, and how long they are,
-    /// s.
+    /// The cycles of the rangers: when the first ends after the beginning of the sweep, and how
+    /// long they are, s.
     cycles: [(f64, f64); RANGERS],
     /// (bearing, range, σ) so far.
     readings: Vec<(f64, f32, f32)>,
-    /// The partial scan under way of a robot that moves.
+    /// The partial scan in progress of a moving robot.
     servo_move: Option<partial_scan::ServoMove>,
 }
 
 impl Rangers {
-    /// # Errors    [`SensorError::Calibration`] for pairs that settle no characteristic.
+    /// # Errors    [`SensorError::Calibration`] for pairs that determine no characteristic.
     pub(super) fn new(model: &RangerModel) -> Result<Self, SensorError> {
         Ok(Self {
             inverse: model.inverse()?,
@@ -152,7 +152,7 @@ impl Rangers {
         }
     }
 
-    /// Rangers run free of the servo and of one another.
+    /// Rangers run independently of the servo and of each other.
     fn draw_cycles(&mut self, rng: &mut impl Rng) {
         for (first_end, cycle) in &mut self.cycles {
             let spread = self.model.cycle_spread * (2.0 * rng.random::<f64>() - 1.0);
@@ -161,14 +161,14 @@ impl Rangers {
         }
     }
 
-    /// Where the servo stood at the end of the last cycle before `seconds` after the beginning.
+    /// The servo's position at the end of the last cycle before `seconds` after the beginning.
     fn held_position(&self, ranger: usize, seconds: f64) -> usize {
         let Some((first_end, cycle)) = self.cycles.get(ranger) else {
             return 0;
         };
         let ends = ((seconds - first_end) / cycle).floor();
         let last_end = first_end + ends * cycle;
-        // Before the sweep the servo stood at its first position; `as` takes what is negative to 0.
+        // Before the sweep the servo stood at its first position; `as` maps negative numbers to 0.
         ((last_end - self.model.settle) / self.model.period) as usize
     }
 
@@ -180,7 +180,7 @@ impl Rangers {
         FRAC_PI_2 * position as f64 / self.model.positions as f64 - FRAC_PI_4
     }
 
-    /// Where a sweep leaves the servo.
+    /// The servo's angle after a sweep.
     fn servo_at_rest(&self) -> f64 {
         self.servo(self.model.positions.saturating_sub(1))
     }
@@ -201,7 +201,7 @@ impl Rangers {
         }
     }
 
-    /// Range and σ of one reading, by what the converter makes of its volts.
+    /// Range and σ of one reading, from its volts as converted.
     fn read(&self, volts: Option<f64>) -> (f32, f32) {
         let Some(volts) = volts else {
             return (f32::NAN, self.model.max_range as f32);
@@ -210,7 +210,7 @@ impl Rangers {
         self.inverse.read(adc.volts(adc.counts(volts)))
     }
 
-    /// What the converter is given; `None` for a reading that is lost or recognised as folded.
+    /// The input of the converter; `None` for a reading that is lost or recognised as folded.
     fn volts(
         &self,
         seconds: f64,

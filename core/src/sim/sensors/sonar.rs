@@ -1,18 +1,18 @@
 //! A ring of sonars that fire one after the other.
 //!
 //! Forward, from the world to an echo:
-//! 1. A ping fills a cone. It is sampled by rays; the nearest surface that sends it back is heard,
-//!    whatever its bearing.
-//! 2. A wall is a mirror to sound: it answers only where a ray meets it within
+//! 1. A ping fills a cone, which is sampled by rays; the nearest surface that sends it back is
+//!    heard, whatever its bearing.
+//! 2. A wall is a mirror for sound: it answers only where a ray meets it within
 //!    [`SonarModel::specular_angle`] of its normal. Glass is a wall like any other, and people
-//!    answer always.
-//! 3. Noise on the range; some pings are lost, some answered by another sonar's echo, nearer than
-//!    the truth.
+//!    always answer.
+//! 3. Noise on the range. Some pings are lost; some receive another sonar's echo, nearer than the
+//!    truth.
 //!
-//! Inverse, from an echo to a range: the range stands on the axis of the cone, and the bearing's σ
-//! is that of a uniform distribution over it. The cones overlap, so that what stands ahead within
-//! the robot's width is always drawn ahead, no farther than it is. Silence is as often a wall that
-//! mirrors the ping away as an empty hall, so it is invalid (NaN) and not free.
+//! Inverse, from an echo to a range: the range is placed on the axis of the cone, and the bearing's
+//! σ is that of a uniform distribution over the cone. The cones overlap, so an object ahead within
+//! the robot's width is always drawn ahead, no farther away than it is. No echo may mean a wall
+//! that mirrors the ping away as well as an empty hall, so it is invalid (NaN) and not free.
 //!
 //! Source: the specification, "Sensors"; Thrun, Burgard & Fox (2005), "Probabilistic Robotics"
 //! §6.2; Devantech SRF05 for the ranges; Kuc & Siegel (1987), "Physically based simulation model
@@ -109,7 +109,7 @@ impl SonarModel {
     }
 }
 
-/// Sonars at work.
+/// Sonars in operation.
 #[derive(Clone, Debug)]
 pub(in crate::sim) struct Sonar {
     model: SonarModel,
@@ -117,7 +117,7 @@ pub(in crate::sim) struct Sonar {
     began: f64,
     /// Pings since then.
     pings: u64,
-    /// Range and σ so far of the round under way.
+    /// Range and σ so far, of the round in progress.
     readings: Vec<(f32, f32)>,
 }
 
@@ -141,7 +141,7 @@ impl Sonar {
         let mut scan = None;
         loop {
             let seconds = self.began + (self.pings + 1) as f64 * self.model.period;
-            // Pings on the border of two steps belong to the first, whatever the rounding.
+            // Pings on the border of two steps belong to the first, despite rounding.
             if seconds > span.to + 1e-9 {
                 return scan;
             }
@@ -155,8 +155,8 @@ impl Sonar {
         }
     }
 
-    /// Bearing of a sonar: round from the first, which looks backwards; one looks straight ahead
-    /// where their number is even.
+    /// Bearing of a sonar: counted round from the first, which looks backwards; if their number is
+    /// even, one looks straight ahead.
     fn axis(&self, cone: usize) -> f64 {
         wrap(TAU * (cone as f64 / self.model.cones as f64 - 0.5))
     }
@@ -187,8 +187,8 @@ impl Sonar {
         rng: &mut impl Rng,
     ) -> (f32, f32) {
         let model = &self.model;
-        // Drawn for every ping, so that one wall more does not change the noise of all that
-        // follows.
+        // Drawn for every ping, so that one more wall does not change the noise of everything after
+        // it.
         let luck: f64 = rng.random();
         let (of_range, _) = gaussian_pair(rng);
         let sigma = |range: f64| model.sigma_at(range) as f32;
@@ -214,7 +214,7 @@ impl Sonar {
         (range as f32, sigma(range))
     }
 
-    /// The nearest surface in the cone that answers.
+    /// The nearest surface in the cone that sends the ping back.
     fn nearest(&self, seconds: f64, axis: f64, span: &Span, view: &View) -> Option<f64> {
         let model = &self.model;
         let (origin, heading) = span.sensor_at(seconds, &model.robot_from_sensor);
@@ -280,8 +280,7 @@ mod tests {
 
     #[test]
     fn nearest_surface_of_the_cone_stands_on_its_axis() {
-        // A board 10° beside the axis, before a wall: once it faces the ring, once it stands edge
-        // on.
+        // A board 10° beside the axis, in front of a wall: once facing the ring, once edge on.
         let far = wall(3.0, -3.0, 3.0, 3.0, Material::Opaque);
         let facing = wall(0.968, 0.272, 1.002, 0.0755, Material::Opaque);
         let edge_on = wall(0.9, 0.16, 1.1, 0.19, Material::Opaque);
@@ -312,7 +311,7 @@ mod tests {
             ahead(&round(&model(), vec![wall], &[]))
         };
         assert!((slant(0.0) - 2.0).abs() < 1e-3);
-        // Up to the mirror's angle and half a cone more some ray still meets the wall squarely
+        // Up to the mirror's angle and half a cone more, some ray still meets the wall squarely
         // enough.
         assert!(slant(38.0).is_finite());
         assert!(slant(42.0).is_nan());
@@ -327,7 +326,7 @@ mod tests {
         );
         let expect = libm::hypot(1.5, 0.1) - 0.2;
         assert!((f64::from(ahead(&scan)) - expect).abs() < 0.01);
-        // Nothing anywhere is not free room.
+        // No echo does not mean free room.
         assert!(
             round(&model(), vec![], &[])
                 .ranges

@@ -1,13 +1,13 @@
-//! What a beam meets: still walls, movers, glass.
+//! What a beam meets: static walls, movers, glass.
 
 use nalgebra::{Point2, Vector2};
 
 use crate::geom::{Length, Pose2, sin_cos, wrap};
 use crate::sim::{Caster, Disc, Hit, Material};
 
-/// A beam leaves glass behind this far beyond the pane, m.
+/// Beyond glass, a beam continues from this far behind the pane, m.
 const PANE: f64 = 1e-6;
-/// Panes that one beam can cross; what lies behind more is not seen.
+/// Panes that one beam can cross; what lies behind further panes is not seen.
 const MOST_PANES: usize = 8;
 
 /// The world as a beam sees it.
@@ -21,15 +21,15 @@ pub(in crate::sim) struct View<'a> {
 pub(super) struct Echo {
     /// Distance, m.
     pub(super) distance: f64,
-    /// Of what.
+    /// Material of the surface.
     pub(super) material: Material,
-    /// Cosine of the angle between the beam and the surface's normal: 1 where it is met squarely.
+    /// Cosine of the angle between the beam and the surface's normal: 1 if it is met squarely.
     pub(super) facing: f64,
 }
 
 impl View<'_> {
-    /// The first surface that sends the beam back. Glass does so only where the beam meets it
-    /// within `glass_angle` (rad) of its normal; otherwise the beam goes on behind it.
+    /// The first surface that sends the beam back. Glass does so only if the beam meets it within
+    /// `glass_angle` (rad) of its normal; otherwise the beam continues behind it.
     pub(super) fn echo(
         &self,
         origin: Point2<f64>,
@@ -61,8 +61,8 @@ impl View<'_> {
         None
     }
 
-    /// Distance of the first surface, if it sends sound back: a mover always, a wall of whatever
-    /// material where it is met within `specular_angle` (rad) of its normal.
+    /// Distance of the first surface, if it sends sound back: a mover always does, a wall of any
+    /// material if it is met within `specular_angle` (rad) of its normal.
     pub(super) fn sound(
         &self,
         origin: Point2<f64>,
@@ -91,7 +91,8 @@ impl View<'_> {
     fn facing(&self, surface: usize, direction: Vector2<f64>) -> f64 {
         let wall = self.caster.walls().get(surface);
         let along = wall.map(|wall| wall.segment.vector()).unwrap_or_default();
-        // A wall without length has no normal, and 0/0 for a cosine; it is met squarely.
+        // A wall without length has no normal, and the cosine would be 0/0; it counts as met
+        // squarely.
         (along.perp(&direction).abs() / along.length()).min(1.0)
     }
 
@@ -106,7 +107,7 @@ impl View<'_> {
             let along = to.dot(&direction);
             let root = disc.radius * disc.radius - to.norm_squared() + along * along;
             let distance = along - root.max(0.0).sqrt();
-            // The beam enters the disc at half its chord from the foot of the centre.
+            // The beam enters the disc half a chord before the foot of the centre.
             let echo = || Echo {
                 distance,
                 material: Material::Opaque,
@@ -132,9 +133,9 @@ pub(in crate::sim) struct Span {
 }
 
 impl Span {
-    /// Position and heading of a sensor at `robot_from_sensor`, `seconds` being within the span.
+    /// Position and heading of a sensor at `robot_from_sensor`; `seconds` must be within the span.
     ///
-    /// Straight between the ends: in 5 ms the arc departs from its chord by micrometres.
+    /// Interpolated linearly: in 5 ms the arc departs from its chord by micrometres.
     pub(super) fn sensor_at(&self, seconds: f64, robot_from_sensor: &Pose2) -> (Point2<f64>, f64) {
         let part = ((seconds - self.from) / (self.to - self.from)).clamp(0.0, 1.0);
         let position = self.start.0 + (self.end.0 - self.start.0) * part;

@@ -1,7 +1,7 @@
-//! A ring of sonars beside the sensor that the pose comes from.
+//! A ring of sonars in addition to the sensor that gives the pose.
 //!
-//! It draws its noise from numbers of its own, so that the other sensor and the motion are the same
-//! to the bit with it and without.
+//! Its noise comes from a random stream of its own, so the other sensor and the motion are the same
+//! to the bit with and without it.
 
 use rand_chacha::ChaCha8Rng;
 
@@ -10,7 +10,7 @@ use crate::robot::Scan;
 use crate::sim::noise::stream;
 use crate::sim::sensors::SonarModel;
 
-/// Sonars at work.
+/// Sonars in operation.
 #[derive(Clone, Debug)]
 pub(super) struct Beside {
     sonars: Sensor,
@@ -27,9 +27,9 @@ impl Beside {
 }
 
 impl Simulation {
-    /// Puts sonars on the robot, beside its sensor; `seed` as of the simulation.
+    /// Adds sonars to the robot, beside its sensor; `seed` is that of the simulation.
     ///
-    /// # Errors    [`SimError`]: a figure is outside of its range.
+    /// # Errors    [`SimError`]: a figure is out of its range.
     pub fn put_sonars_beside(&mut self, model: &SonarModel, seed: u64) -> Result<(), SimError> {
         let mut sonars = Sensor::new(&SensorModel::Sonar(model.clone()))?;
         sonars.begin(self.seconds());
@@ -41,7 +41,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// The newest round of the sonars beside, once.
+    /// The newest round of the sonars beside, returned once.
     pub fn take_scan_beside(&mut self) -> Option<Scan> {
         self.beside.as_mut()?.scan.take()
     }

@@ -21,10 +21,10 @@ pub enum SimError {
     /// The sensor cannot be used.
     #[error(transparent)]
     Sensor(#[from] SensorError),
-    /// The robot's motors cannot be used, or not controlled.
+    /// The robot's motors cannot be used, or cannot be controlled.
     #[error("robot: {0}")]
     Drive(#[from] DesignError),
-    /// A figure of the robot out of its bounds.
+    /// A figure of the robot is out of its bounds.
     #[error("robot: {0}")]
     Robot(#[from] OutOfBounds),
 }

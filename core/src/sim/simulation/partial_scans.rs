@@ -1,7 +1,7 @@
-//! What a robot sees while it moves with a sensor that sweeps only when it stands.
+//! What a robot sees while it moves, with a sensor that sweeps only when it stands.
 //!
-//! Partial scans draw their noise from numbers of their own, so that sweeps and motion are the same
-//! to the bit with them and without.
+//! Partial scans draw their noise from a random stream of their own, so sweeps and motion are the
+//! same to the bit with and without them.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use super::{Sensor, Simulation, Span, View, keep_newest};
 use crate::robot::{Command, Scan};
 use crate::sim::noise::stream;
 
-/// Partial scans that wait to be taken, and where their noise comes from.
+/// Partial scans that wait to be taken, and the source of their noise.
 #[derive(Clone, Debug)]
 pub(super) struct PartialScans {
     rng: ChaCha8Rng,
@@ -33,7 +33,8 @@ impl PartialScans {
     }
 }
 
-/// Whether a command makes the robot move: who comes while it turns may stand before it then.
+/// Whether a command makes the robot move. A turn counts: somebody who comes meanwhile may stand in
+/// front of it afterwards.
 pub(super) fn moves(command: &Command) -> bool {
     match *command {
         Command::Forward(by) | Command::Turn(by) => by != 0.0,
@@ -43,8 +44,8 @@ pub(super) fn moves(command: &Command) -> bool {
 }
 
 impl Simulation {
-    /// The oldest partial scan that nobody took yet: a few readings of a robot that moves, by a
-    /// sensor that sweeps only when it stands. No picture of the room, and nothing to map.
+    /// The oldest partial scan that was not taken yet: a few readings of a moving robot, by a
+    /// sensor that sweeps only when it stands. It is no picture of the room, and nothing to map.
     pub fn take_partial_scan(&mut self) -> Option<Scan> {
         self.partial_scans.waiting.pop_front()
     }

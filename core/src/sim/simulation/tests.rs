@@ -1,4 +1,4 @@
-//! The simulated robot against closed forms, χ² and its own truth.
+//! The simulated robot compared with closed forms, χ² and its own truth.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -35,7 +35,7 @@ fn truths_of_steps(sim: &mut Simulation, steps: usize) -> Vec<Pose2> {
     truths
 }
 
-/// Drives like a cleaning robot: ahead until it touches something, then a turn; gives dead
+/// Drives like a cleaning robot: ahead until it touches something, then a turn; returns the dead
 /// reckoning at the end.
 fn bounce(sim: &mut Simulation, seconds: f64) -> Pose2 {
     let mut odometry = TrackOdometry::new(sim.robot());
@@ -144,7 +144,7 @@ fn forward_and_turn_end_within_a_few_counts_of_what_was_asked_for() {
 
 #[test]
 fn dead_reckoning_is_honest_about_its_error() {
-    // Odometry over a small displacement, composed as it comes in, many seeds: NEES is χ² with 3
+    // Odometry over a small displacement, composed as it arrives, for many seeds: NEES is χ² with 3
     // degrees of freedom.
     for (forward, turn) in [
         (0.25, 0.0),
@@ -157,7 +157,7 @@ fn dead_reckoning_is_honest_about_its_error() {
         let (mut sum, mut outer_five_percent) = (0.0, 0);
         for seed in 0..runs {
             let mut robot = RobotModel::rp6();
-            // By chance alone: what a robot always gets wrong is in no covariance.
+            // Random errors only: systematic errors are in no covariance.
             robot.odometry_bias = OdometryBias::default();
             let office = worlds::builtin("office").unwrap();
             let mut sim = Simulation::new(office, robot, SensorModel::rangers(), seed).unwrap();
@@ -200,7 +200,7 @@ fn dead_reckoning_is_honest_about_its_error() {
 
 #[test]
 fn a_worn_robot_turns_by_the_closed_form_of_its_wear() {
-    // Without chance, only the wear: five turns on the spot fall short or go too far by the same
+    // Without random errors, only wear: five turns on the spot fall short or go too far by the same
     // part, between half and one and a half times the figure of the model, to either side.
     let mut parts = vec![];
     for seed in 0..20 {
@@ -266,7 +266,7 @@ fn driving_at_the_wall_makes_one_contact_and_no_hole_and_currents_rise_and_volts
     let (free, free_volts) = mean_currents_and_volts(&mut sim);
     sim.advance(7.5);
     let (pushing, pushing_volts) = mean_currents_and_volts(&mut sim);
-    // Ten seconds of driving take millivolts off a full battery, pushing takes far more.
+    // Ten seconds of driving take millivolts off a full battery; pushing takes far more.
     assert!(
         pushing_volts < free_volts - 0.02,
         "{free_volts} V free, {pushing_volts} V pushing"
@@ -287,7 +287,7 @@ fn driving_at_the_wall_makes_one_contact_and_no_hole_and_currents_rise_and_volts
         "{:?}",
         sim.truth()
     );
-    // The encoders know nothing of it.
+    // The encoders do not notice it.
     assert!(sim.ticks()[0] as f64 * sim.robot().metres_per_tick > 2.0);
 }
 

@@ -1,4 +1,4 @@
-//! Figures that a world may have, and why one cannot be used.
+//! Which figures a world may have, and why one cannot be used.
 
 use std::ops::RangeBounds;
 
@@ -11,19 +11,19 @@ pub(super) const FARTHEST: f64 = 10_000.0;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WorldError {
-    /// A figure outside of its range.
+    /// A figure is out of its range.
     #[error("{part}: {field} is {value}, expected {expected}")]
     Value {
         /// The part of the world: "start", "obstacle 3", "mover 0".
         part: String,
         /// The field of that part.
         field: &'static str,
-        /// What stands there.
+        /// The value found.
         value: f64,
-        /// What may stand there.
+        /// The values allowed.
         expected: &'static str,
     },
-    /// A list too short or too long.
+    /// A list is too short or too long.
     #[error("{part}: has {count} {field}, expected {expected}")]
     Count {
         /// The part of the world.
@@ -32,7 +32,7 @@ pub enum WorldError {
         field: &'static str,
         /// How many there are.
         count: usize,
-        /// How many there may be.
+        /// How many are allowed.
         expected: &'static str,
     },
     /// The robot cannot stand where it should start.
@@ -56,7 +56,7 @@ pub enum WorldError {
 
 impl WorldError {
     /// The part of the world that is wrong, by its kind (`start`, `goal`, `world`, `obstacle`,
-    /// `door`, `mover`) and, where there are several, its number from 0.
+    /// `door`, `mover`) and, if there are several, its index from 0.
     #[must_use]
     pub fn part(&self) -> (&str, Option<usize>) {
         let part = match self {

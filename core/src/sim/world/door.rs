@@ -13,12 +13,12 @@ pub struct Door {
     pub leaf: Segment,
     /// Whether it is open at time 0.
     pub is_open: bool,
-    /// When it changes, s, rising: the first of them shuts a door that is open at time 0.
+    /// When it changes, s, in rising order: the first shuts a door that is open at time 0.
     pub switches: Vec<f64>,
 }
 
 impl Door {
-    /// Whether it is open at some time, left to itself.
+    /// Whether it is open at some time, without orders from outside.
     #[must_use]
     pub fn ever_opens(&self) -> bool {
         self.is_open || !self.switches.is_empty()

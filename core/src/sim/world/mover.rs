@@ -1,4 +1,4 @@
-//! What walks about in a building.
+//! What moves about in a building.
 
 use nalgebra::Point2;
 
@@ -8,10 +8,10 @@ use super::check::{check_count, check_point, check_value};
 /// A disc that walks along way-points: a person, another robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mover {
-    /// Corners of its way; it starts at the first.
+    /// Corners of its path; it starts at the first.
     pub waypoints: Vec<Point2<f64>>,
-    /// Whether it walks on from the last way-point to the first; otherwise it walks the same way
-    /// back.
+    /// Whether it walks on from the last way-point to the first; otherwise it walks back the same
+    /// way.
     pub closed: bool,
     /// Walking speed, m/s.
     pub speed: f64,

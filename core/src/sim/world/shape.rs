@@ -1,4 +1,4 @@
-//! Outlines, and the straight pieces that they are made of.
+//! Outlines, and the straight pieces they consist of.
 
 use std::f64::consts::TAU;
 
@@ -30,7 +30,7 @@ pub enum Shape {
         centre: Point2<f64>,
         /// Full width along its own x and its own y.
         size: Vector2<f64>,
-        /// Turn of its own x axis from the world's, rad.
+        /// Rotation of its own x axis from the world's, rad.
         angle: f64,
     },
     /// A solid disc.
@@ -43,7 +43,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// What the world file calls it.
+    /// Its name in world files.
     #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {
@@ -68,7 +68,7 @@ impl Shape {
         segments
     }
 
-    /// Whether `point` lies inside of it; a polyline has no inside.
+    /// Whether `point` lies inside it; a polyline has no inside.
     ///
     /// Source: crossing number, Shimrat (1962), Algorithm 112.
     #[must_use]
@@ -150,8 +150,8 @@ impl Shape {
     }
 }
 
-/// Sides of the polygon that stays within [`CIRCLE_SAGITTA`] of a circle: r (1 - cos(π/n)) ≈ r
-/// π²/(2 n²).
+/// Sides of a polygon that stays within [`CIRCLE_SAGITTA`] of a circle: r (1 - cos(π/n)) ≈ r π²/(2
+/// n²).
 fn circle_sides(radius: f64) -> usize {
     let sides = std::f64::consts::PI * (radius / (2.0 * CIRCLE_SAGITTA)).sqrt();
     (sides.ceil() as usize).clamp(8, 512)

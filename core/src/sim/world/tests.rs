@@ -1,4 +1,4 @@
-//! Shapes against their closed forms, and what is said of bad figures.
+//! Shapes compared with their closed forms, and the errors for bad figures.
 
 use super::shape::CIRCLE_SAGITTA;
 use super::*;

@@ -1,6 +1,6 @@
 //! `arena`, 5 x 4 m: walls and boxes on one floor, after TDK 2016 fig. 6.4.
 //!
-//! From everywhere something stands within the 1.5 m of the infra-red rangers.
+//! From everywhere, something stands within the 1.5 m range of the infra-red rangers.
 
 use super::hall;
 use crate::sim::{SensorKind, World};

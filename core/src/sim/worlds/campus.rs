@@ -1,8 +1,8 @@
-//! `campus`, 360 x 240 m, 50 000 walls: 120 houses of eight furnished rooms, and trees between
-//! them. It is there to see how fast the sensors are; nobody explores it in an afternoon.
+//! `campus`, 360 x 240 m, 50 000 walls: 120 houses of eight furnished rooms, with trees between
+//! them. Its purpose is to measure the speed of the sensors; nobody explores it in an afternoon.
 //!
-//! Built from a fixed seed: each house has its doors, its furniture and its trees elsewhere. Some
-//! houses have a front of glass, some a dark one.
+//! Built from a fixed seed: doors, furniture and trees differ from house to house. Some houses have
+//! a front of glass, some a dark one.
 //!
 //! ```text
 //! y 20 +-----+-----+-----+-----+
@@ -105,7 +105,7 @@ fn octagon((x, y): (f64, f64), radius: f64) -> Vec<Point2<f64>> {
 }
 
 /// Chairs, tables and boxes in the rooms, until the world has `walls`: each in a place of its own,
-/// 1.6 m from the next, so that one can pass between any two.
+/// 1.6 m from the next, so a robot can pass between any two.
 fn furnish(world: World, (x, y): (f64, f64), walls: usize, rng: &mut ChaCha8Rng) -> World {
     let mut places = Vec::new();
     for room in 0..2 * ROOMS {

@@ -5,7 +5,7 @@ use nalgebra::Point2;
 use super::hall;
 use crate::sim::{Mover, World};
 
-/// Way of a person: corners, whether it is a round, speed (m/s), rest at each corner (s).
+/// Path of a person: corners, whether it is closed, speed (m/s), pause at each corner (s).
 type Way = (&'static [(f64, f64)], bool, f64, f64);
 
 /// Radius of a person, m.

@@ -1,5 +1,5 @@
-//! `doors`, 8 x 6 m: four rooms whose partitions stand in line with one another across the door
-//! gaps. Each gap has a door, open until somebody shuts it.
+//! `doors`, 8 x 6 m: four rooms whose partitions are in line with each other across the door gaps.
+//! Each gap has a door, open until somebody shuts it.
 
 use super::{hall, partition_along_x, partition_along_y};
 use crate::geom::Segment;

@@ -1,5 +1,4 @@
-//! `look-alikes`, 23.6 x 10.8 m: ten rooms with the same furniture, inside a corridor that goes
-//! round them.
+//! `look-alikes`, 23.6 x 10.8 m: ten rooms with the same furniture, surrounded by a corridor.
 //!
 //! ```text
 //! y 10.8 +--------------------------------+
@@ -13,8 +12,9 @@
 //!      0 +--------------------------------+
 //! ```
 //!
-//! Turned by half a turn, the building is itself: no place in it looks unlike all others, and only
-//! the way there tells which it is. Who closes loops by looks alone closes wrong ones here.
+//! Rotated by half a turn, the building looks the same. Every place has another that looks just
+//! like it, and only the route there shows which one it is. Closing loops by looks alone goes wrong
+//! here.
 
 use super::{hall, partition_along_x, partition_along_y};
 use crate::sim::World;
@@ -56,7 +56,8 @@ fn partitions(world: World) -> World {
     })
 }
 
-/// A desk, a cupboard and a pillar, placed by `place`, which takes the corner of a room as origin.
+/// A desk, a cupboard and a pillar, placed by `place`, which maps coordinates relative to the
+/// corner of a room.
 fn furniture(world: World, place: impl Fn((f64, f64)) -> (f64, f64)) -> World {
     let boxed = |world: World, a: (f64, f64), b: (f64, f64)| {
         let (a, b) = (place(a), place(b));
@@ -69,7 +70,7 @@ fn furniture(world: World, place: impl Fn((f64, f64)) -> (f64, f64)) -> World {
         .with_pillar(place((3.5, 1.8)), 0.15)
 }
 
-/// The place that a place comes to when the building is turned by half a turn.
+/// Where a place ends up when the building is rotated by half a turn.
 fn half_turn((x, y): (f64, f64)) -> (f64, f64) {
     (SIZE.0 - x, SIZE.1 - y)
 }

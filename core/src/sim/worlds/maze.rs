@@ -1,5 +1,5 @@
 //! `maze`, 11.7 x 9.1 m: passages 1.2 m wide that all look alike, dead ends, and five loops. The
-//! far corner is the goal.
+//! goal is in the far corner.
 
 use super::{PARTITION, partition_along_x, partition_along_y};
 use crate::geom::Pose2;
@@ -8,8 +8,8 @@ use crate::sim::World;
 /// From the middle of a passage to the middle of the next, m.
 const PITCH: f64 = 1.3;
 
-/// Seen from above, the first row being the northern wall. A depth-first search carved it; five
-/// walls were taken out again, so that there are ways round.
+/// Seen from above, with the northern wall as the first row. A depth-first search carved it; five
+/// walls were then removed, which makes loops.
 const PLAN: [&str; 15] = [
     "+--+--+--+--+--+--+--+--+--+",
     "|                          |",
@@ -59,7 +59,7 @@ fn is_wall(line: usize, column: usize) -> bool {
     drawn.is_some_and(|b| *b == b'-' || *b == b'|')
 }
 
-/// The stretches of cells without a gap, as (first, one beyond the last).
+/// The stretches of wall without a gap, as (first, one past the last).
 fn runs(count: usize, is_wall: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for cell in (0..count).filter(|cell| is_wall(*cell)) {
@@ -71,7 +71,7 @@ fn runs(count: usize, is_wall: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
     runs
 }
 
-/// Where a wall between two joints begins and ends: half a thickness beyond, so that corners close,
+/// Where a wall between two joints begins and ends: half a thickness beyond them, so corners close,
 /// but never beyond the outline.
 fn ends(from: usize, to: usize, count: usize) -> (f64, f64) {
     let joint = |cell: usize| PITCH * cell as f64;

@@ -32,7 +32,7 @@ fn partitions(world: World) -> World {
     partition_along_y(world, 12.0, 6.95, 12.0, &[])
 }
 
-/// Desks, cupboards, pillars; there are at least 0.8 m everywhere to drive through.
+/// Desks, cupboards, pillars; everywhere at least 0.8 m remain to drive through.
 fn furniture(world: World) -> World {
     world
         // South, from west to east.

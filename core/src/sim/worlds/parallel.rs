@@ -13,8 +13,9 @@
 //!       x 0   1.8             22.2   24
 //! ```
 //!
-//! From within one nothing tells which it is, and in the middle hardly anything tells how far
-//! along: the error of the way up and down is as large as a step to the next corridor is tempting.
+//! From within a corridor nothing shows which one it is, and in the middle hardly anything shows
+//! how far along it the robot is. The error gathered on the way up and down is as large as the
+//! distance to the next corridor.
 
 use super::hall;
 use crate::sim::World;
@@ -22,7 +23,7 @@ use crate::sim::World;
 const CORRIDORS: usize = 4;
 /// Width of a corridor and of the ways that join them, m.
 const WIDTH: f64 = 1.8;
-/// Thickness of what stands between two corridors, m.
+/// Thickness of the blocks between two corridors, m.
 const BETWEEN: f64 = 1.2;
 /// Length of the building, m.
 const LENGTH: f64 = 24.0;

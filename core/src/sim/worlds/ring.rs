@@ -1,11 +1,11 @@
 //! `loop`: a ring corridor 2 m wide whose centre line is 64 m long, with niches so that no stretch
-//! is without feature.
+//! is without features.
 
 use crate::geom::Pose2;
 use crate::sim::World;
 
-/// Outer corners, counter-clockwise from the lower left; a row for each corner of the ring, and one
-/// for each niche: no two alike.
+/// Outer corners, counter-clockwise from the lower left; one row for each corner of the ring and
+/// for each niche, no two alike.
 #[rustfmt::skip]
 const OUTER: [(f64, f64); 36] = [
     (0.0, 0.0),

@@ -1,11 +1,11 @@
-//! Every built-in world: a robot can start in it, it is closed, its rooms are connected, it has
+//! Every built-in world: a robot can start in it, it is closed, its rooms are connected, and it has
 //! what its name promises.
 
 use super::*;
 use crate::geom::Length;
 use crate::sim::{Caster, Material, RobotKind, reachable_area};
 
-/// Radius of a robot of 0.11 m that keeps 0.24 m off the walls.
+/// Radius for a robot of 0.11 m that keeps 0.24 m away from the walls.
 const WIDE: f64 = 0.35;
 
 #[test]
@@ -42,18 +42,18 @@ fn every_world_is_closed_and_its_rooms_are_connected() {
     assert_eq!(floors.map(|f| f.0), NAMES);
     for (name, least, most) in floors {
         let world = builtin(name).unwrap();
-        // The bitmap of `campus` has coarser cells by itself.
+        // The bitmap of `campus` automatically has coarser cells.
         let area = reachable_area(&world, 0.11, 0.05);
         let metres = area.centres().count() as f64 * area.resolution * area.resolution;
         assert!(metres > least && metres < most, "{name}: {metres} m²");
-        // Closed: the flood never came to the rim of the bitmap.
+        // Closed: the flood never reached the rim of the bitmap.
         let rim = area.standing.iter().enumerate().filter(|(i, _)| {
             let (row, col) = (i / area.cols, i % area.cols);
             row == 0 || col == 0 || row + 1 == area.rows || col + 1 == area.cols
         });
         assert!(rim.clone().all(|(_, stands)| !stands), "{name} leaks");
-        // Connected, for a robot that keeps 0.24 m off the walls: nearly everywhere that the small
-        // one comes to and the wide one has room, the wide one comes to as well.
+        // Connected, for a robot that keeps 0.24 m away from the walls: nearly everywhere the small
+        // robot gets and the wide one has room, the wide one gets as well.
         let wide = reachable_area(&world, WIDE, 0.05);
         let wide = wide.standing.iter().filter(|stands| **stands).count();
         let caster = Caster::new(world.walls());

@@ -1,7 +1,8 @@
 //! `warehouse`, 40 x 30 m, 1 000 walls: nine rows of racks with aisles that look alike.
 //!
-//! Every rack is six pallets between seven posts; the gaps beside a post are 0.15 m, for light but
-//! not for a robot. Some pallets are wrapped in black film, and a showcase has a front of glass.
+//! Every rack is six pallets between seven posts; the gaps beside a post are 0.15 m, enough for
+//! light but not for a robot. Some pallets are wrapped in black film, and a showcase has a front of
+//! glass.
 
 use super::hall;
 use crate::sim::{Material, World};
@@ -14,7 +15,7 @@ const DEPTH: f64 = 1.0;
 const POST: f64 = 0.1;
 /// From one post to the next, m.
 const BAY: f64 = 2.7;
-/// Every so manieth pallet is black; prime to [`BAYS`], so that no two rows are alike.
+/// One pallet in this many is black; coprime to [`BAYS`], so no two rows are alike.
 const BLACK_EVERY: usize = 7;
 
 pub(super) fn world() -> World {
@@ -28,7 +29,7 @@ pub(super) fn world() -> World {
     along_the_walls(world)
 }
 
-/// One rack from its lower left corner; its pallets are counted on from `first`.
+/// One rack from its lower left corner; its pallets are numbered from `first` on.
 fn rack(world: World, (x, y): (f64, f64), first: usize) -> World {
     let post = |world: World, bay: usize| {
         let x = x + BAY * bay as f64;
@@ -36,8 +37,8 @@ fn rack(world: World, (x, y): (f64, f64), first: usize) -> World {
     };
     let pallet = |world: World, bay: usize| {
         let x = x + BAY * bay as f64 + POST + 0.15;
-        // No two pallets of a rack stand alike, but those of all racks do: only black film tells
-        // one row from the next.
+        // No two pallets of a rack stand alike, but all racks are alike: only black film
+        // distinguishes one row from the next.
         let depth = DEPTH - 0.04 * ((first + 5 * bay) % 6) as f64;
         let is_black = (first + bay).is_multiple_of(BLACK_EVERY);
         let film = if is_black {
@@ -62,14 +63,14 @@ fn along_the_walls(world: World) -> World {
         // Packing.
         .with_box((9.0, 29.0), (11.4, 29.8))
         .with_box((13.0, 29.0), (15.4, 29.8))
-        // A showcase: things behind glass.
+        // A showcase: objects behind glass.
         .with_box((17.0, 29.0), (19.4, 29.8))
         .made_of(Material::Glass)
         .with_box((17.03, 29.03), (19.37, 29.77))
         .with_turned_box((24.0, 29.0), (1.2, 1.0), 0.3)
         .with_turned_box((28.0, 29.0), (1.2, 1.0), -0.2)
         .with_box((33.0, 29.3), (40.0, 30.0))
-        // Chargers and what was left standing about.
+        // Chargers and things left standing about.
         .with_box((6.0, 0.0), (6.8, 0.5))
         .with_box((8.0, 0.0), (8.8, 0.5))
         .with_box((10.0, 0.0), (10.8, 0.5))

@@ -1,17 +1,17 @@
-//! The forms that ICP has: what is paired with what, what pairs weigh, and what is made least.
+//! The variants of ICP: what is paired with what, the weights of pairs, and what is minimised.
 
 use crate::bounds::config;
 
-/// What is made as small as possible.
+/// What is minimised.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Metric {
-    /// Distances of points from points (Besl & McKay 1992).
+    /// Distances between points (Besl & McKay 1992).
     PointToPoint,
-    /// Distances of points from the lines through the neighbours of points (Censi 2008).
+    /// Distances of points from lines through neighbouring points (Censi 2008).
     #[default]
     PointToLine,
-    /// Distances of surfaces from surfaces: each point is sure across its surface and unsure along
-    /// it (Segal et al. 2009).
+    /// Distances between surfaces: each point is certain across its surface and uncertain along it
+    /// (Segal et al. 2009).
     SurfaceToSurface,
 }
 
@@ -21,20 +21,20 @@ pub enum Selection {
     /// All of them.
     #[default]
     All,
-    /// So many, drawn by a seed.
+    /// This many, drawn at random.
     Random {
         /// How many.
         count: usize,
         /// Of the random numbers.
         seed: u64,
     },
-    /// So many, their surfaces facing all directions alike: little that faces where few do is
-    /// lost.
+    /// This many, with normals spread evenly over all directions: surfaces that face a rare
+    /// direction keep most of their points.
     UniformNormals {
         /// How many.
         count: usize,
     },
-    /// Those where the surface bends: neighbours face elsewhere by more than this, rad.
+    /// Those where the surface bends: the neighbours' normals differ by more than this, rad.
     KeyPoints {
         /// The least bend.
         bend: f64,
@@ -44,36 +44,36 @@ pub enum Selection {
 /// How a point finds its partner.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Association {
-    /// The nearest among what the sensor saw in about the same direction; of clouds that no sensor
-    /// saw, as `Nearest`.
+    /// The nearest of the points that the sensor saw in about the same direction; for clouds
+    /// without a sensor, as `Nearest`.
     #[default]
     ByBearing,
     /// The nearest, by a k-d tree.
     Nearest,
-    /// Of the nearest few that which lies nearest to the point's normal (Chen & Medioni 1992).
+    /// Of the nearest few, the one nearest to the point's normal (Chen & Medioni 1992).
     AlongNormal,
 }
 
-/// What pairs weigh, besides what the kernel makes of them.
+/// The weight of pairs, besides that of the kernel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weighting {
-    /// All the same.
+    /// Equal for all.
     #[default]
     Equal,
-    /// Less the more their surfaces face different ways.
+    /// Smaller the more their normals differ.
     ByNormals,
-    /// Less the farther they are apart, down to nothing at the largest distance.
+    /// Smaller the farther they are apart, down to zero at the largest distance.
     ByDistance,
 }
 
-/// How the say of a pair falls with its distance.
+/// How the influence of a pair falls with its distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RobustKernel {
     /// Not at all.
     None,
     /// In proportion, from the scale on (Huber 1964).
     Huber,
-    /// Ever faster, so that far ones have none.
+    /// Ever faster, so distant pairs have none.
     #[default]
     Cauchy,
 }
@@ -122,9 +122,9 @@ config! {
 }
 
 impl IcpConfig {
-    /// As it is best for points to points: what is sampled at other places lies apart by the
-    /// spacing of the points, which a narrow kernel would take for outliers; and steps become
-    /// smaller slowly, so that only a very small one is the last.
+    /// The best settings for points to points. Points sampled at other places are apart by the
+    /// spacing of the points, which a narrow kernel would treat as outliers; and steps become
+    /// smaller slowly, so only a very small one is the last.
     #[must_use]
     pub fn point_to_point() -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Which points of two clouds are taken for the same, at a pose.
+//! Which points of two clouds are taken to be the same, at a pose.
 
 use nalgebra::{Point2, Vector2};
 
@@ -8,10 +8,10 @@ use super::{Association, IcpConfig, Metric};
 use crate::geom::Pose2;
 use crate::lanes::{Kernel, Lanes};
 
-/// Nearest points among which one along the normal is looked for.
+/// Among how many nearest points the one along the normal is looked for.
 const ALONG_NORMAL_AMONG: usize = 8;
 
-/// Two points that are taken for the same.
+/// Two points that are taken to be the same.
 pub(super) struct Pair {
     /// From the moving frame's origin to the point, in the axes of the fixed cloud, m.
     pub(super) arm: Vector2<f64>,
@@ -25,7 +25,7 @@ pub(super) struct Pair {
 /// A point of the moving cloud that looks for a partner.
 pub(super) struct Seeker {
     pub(super) index: usize,
-    /// The partner that it had: the next one will not be far.
+    /// Its previous partner: the next one will be near it.
     pub(super) partner: Option<usize>,
 }
 
@@ -34,9 +34,9 @@ pub(super) struct Search<'a> {
     moving: &'a Cloud,
     fixed: &'a Cloud,
     config: &'a IcpConfig,
-    /// Of the fixed cloud, where the association needs it.
+    /// Of the fixed cloud, if the association needs it.
     tree: Option<Neighbours>,
-    /// Of the moving cloud, where pairs have to be mutual.
+    /// Of the moving cloud, if pairs have to be mutual.
     back: Option<Neighbours>,
 }
 
@@ -52,7 +52,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Who is taken for the partner of a point at `place`, and its squared distance.
+    /// The partner of a point at `place`, and its squared distance.
     #[inline(always)]
     fn partner<L: Lanes>(
         &self,
@@ -94,7 +94,7 @@ impl<'a> Search<'a> {
 pub(super) struct Pairing<'a, T> {
     pub(super) search: &'a Search<'a>,
     pub(super) points: &'a mut [Seeker],
-    /// One of so many points is paired.
+    /// One point in this many is paired.
     pub(super) stride: usize,
     pub(super) pose: &'a Pose2,
     /// Of the kernel, m.
@@ -102,13 +102,13 @@ pub(super) struct Pairing<'a, T> {
     pub(super) taker: &'a mut T,
 }
 
-/// What takes pairs as they are found. To be `#[inline(always)]`, or it is not compiled for the
-/// wider instructions.
+/// Takes pairs as they are found. Implementations must be `#[inline(always)]`, or they are not
+/// compiled for the wider instructions.
 pub(super) trait Taker {
     fn take(&mut self, pair: Pair);
 }
 
-/// Keeps them all.
+/// Keeps all pairs.
 impl Taker for Vec<Pair> {
     #[inline(always)]
     fn take(&mut self, pair: Pair) {
@@ -137,7 +137,7 @@ impl<T: Taker> Kernel for Pairing<'_, T> {
             let Some(point) = moving.points().get(seeker.index) else {
                 continue;
             };
-            // Where a method knows surfaces, points lie on them, not where noise put them.
+            // If a method knows surfaces, points are put onto them, not left where noise put them.
             let position = match own {
                 Some(surface) if config.metric == Metric::SurfaceToSurface => &surface.position,
                 _ => point,

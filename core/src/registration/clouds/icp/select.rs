@@ -11,7 +11,7 @@ use super::Selection;
 /// Directions that surfaces are sorted into, for uniform normals.
 const DIRECTIONS: usize = 16;
 
-/// The places of the points to be paired.
+/// The indices of the points to be paired.
 pub(super) fn select(cloud: &Cloud, selection: Selection) -> Vec<usize> {
     let count = cloud.points().len();
     let all = || (0..count).collect::<Vec<_>>();
@@ -39,7 +39,7 @@ pub(super) fn select(cloud: &Cloud, selection: Selection) -> Vec<usize> {
     }
 }
 
-/// Points in turn from each of the directions that their surfaces face.
+/// Points taken in turn from each of the directions that their surfaces face.
 fn uniform_normals(
     all: &[usize],
     count: usize,
@@ -56,7 +56,7 @@ fn uniform_normals(
             those.push(index);
         }
     }
-    // Of each direction in an even spread along the scan: every k-th first.
+    // From each direction, an even spread along the scan: every k-th point first.
     for those in &mut by_direction {
         let share = (count / DIRECTIONS).max(1);
         let stride = those.len().div_ceil(share).max(1);

@@ -1,4 +1,4 @@
-//! From pairs to the motion that makes their metric least.
+//! From pairs to the motion that minimises their metric.
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
@@ -8,7 +8,8 @@ use super::pairs::{Pair, Taker};
 use super::{FEWEST_PAIRS, IcpConfig, Metric, RobustKernel, Weighting};
 use crate::geom::{Length, Pose2};
 
-/// Standard deviation of a point along its surface beside that across it, for surface to surface.
+/// Standard deviation of a point along its surface, relative to that across it, for surface to
+/// surface.
 const ALONG: f64 = 30.0;
 
 impl Pair {
@@ -18,7 +19,7 @@ impl Pair {
         normal.dot(&self.off)
     }
 
-    /// The information of the pair by both surfaces, and how far apart they are by it, m.
+    /// The information of the pair by both surfaces, and its distance weighted by it, m.
     #[inline(always)]
     fn between_surfaces(&self) -> Option<(Matrix2<f64>, f64)> {
         let [Some(normal), own] = self.normals else {
@@ -35,7 +36,7 @@ impl Pair {
         ))
     }
 
-    /// What the metric makes small.
+    /// The distance that the metric minimises.
     fn residual(&self, metric: Metric) -> Option<f64> {
         match metric {
             Metric::PointToPoint => Some(self.off.length()),
@@ -45,7 +46,7 @@ impl Pair {
     }
 }
 
-/// The pairs of an iteration, with what they weigh.
+/// The pairs of an iteration, with their weights.
 pub(super) fn iteration(pairs: &[Pair], pose: &Pose2, scale: f64, config: &IcpConfig) -> Iteration {
     let correspondence = |pair: &Pair| {
         let residual = pair.residual(config.metric)?;
@@ -59,7 +60,7 @@ pub(super) fn iteration(pairs: &[Pair], pose: &Pose2, scale: f64, config: &IcpCo
     Iteration::of(*pose, scale, pairs.iter().filter_map(correspondence))
 }
 
-/// What a pair weighs, so far apart, m; `per_scale` is 1 over the scale of the kernel.
+/// The weight of a pair this far apart, m; `per_scale` is 1 over the scale of the kernel.
 #[inline(always)]
 fn weight(pair: &Pair, residual: f64, per_scale: f64, config: &IcpConfig) -> f64 {
     let parts = residual * per_scale;
@@ -79,7 +80,7 @@ fn weight(pair: &Pair, residual: f64, per_scale: f64, config: &IcpConfig) -> f64
     by_kernel * by_weighting
 }
 
-/// The motion (x, y, θ) that makes the metric of the pairs least; `None` of too few.
+/// The motion (x, y, θ) that minimises the metric of the pairs; `None` if there are too few.
 pub(super) fn step(
     pairs: &[Pair],
     pose: &Pose2,
@@ -152,13 +153,13 @@ fn gauss_newton(pairs: &[Pair], mut add: impl FnMut(&Pair, &mut Sums)) -> Option
     least(sums)
 }
 
-/// The step to the least; a direction of which the pairs say next to nothing is left as it is.
+/// The step to the minimum. A direction that the pairs hardly constrain is left unchanged.
 fn least(sums: Sums) -> Option<Vector3<f64>> {
     let free = free_direction(&sums.hessian, MatchConfig::default().min_share);
     sums.step(free.as_ref())
 }
 
-/// Points to lines, summed as they come.
+/// Points to lines, summed as they are paired.
 pub(super) struct Lines<'a> {
     sums: LineSums,
     count: usize,
@@ -167,7 +168,7 @@ pub(super) struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// None yet, with a kernel of this scale, m.
+    /// No pairs yet, with a kernel of this scale, m.
     pub(super) fn at(scale: f64, config: &'a IcpConfig) -> Self {
         Self {
             sums: LineSums::default(),
@@ -188,7 +189,7 @@ impl<'a> Lines<'a> {
         self.count += 1;
     }
 
-    /// The motion (x, y, θ) that makes their distances least; `None` of too few.
+    /// The motion (x, y, θ) that minimises their distances; `None` if there are too few.
     pub(super) fn step(self) -> Option<Vector3<f64>> {
         if self.count < FEWEST_PAIRS {
             return None;
@@ -204,7 +205,7 @@ impl Taker for Lines<'_> {
     }
 }
 
-/// [`Sums`] of distances across lines, each number once: in registers, not in memory.
+/// [`Sums`] of distances across lines, with each number held once, so they stay in registers.
 #[derive(Default)]
 struct LineSums {
     xx: f64,
@@ -219,7 +220,7 @@ struct LineSums {
 }
 
 impl LineSums {
-    /// Adds a distance across a surface of this normal, of a point `arm` from the moving origin.
+    /// Adds a distance across a surface with this normal, of a point `arm` from the moving origin.
     #[inline(always)]
     fn add(&mut self, normal: &Vector2<f64>, arm: &Vector2<f64>, residual: f64, weight: f64) {
         let (x, y) = (normal.x, normal.y);

@@ -48,7 +48,7 @@ fn likeness_tells_noise_and_outliers_and_overlap() {
     assert!(clean.overlap > 0.8 && clean.scatter < 0.1, "{clean:?}");
     assert!((clean.sigma - 0.01).abs() < 0.004, "{clean:?}");
     assert!((noisy.sigma - 0.03).abs() < 0.01, "{noisy:?}");
-    // A third of the points anywhere before the walls.
+    // A third of the points lie anywhere in front of the walls.
     let fixed = look(&room(), &Pose2::identity(), 0.01, 60);
     let cut = |(index, point): (usize, &Point2<f64>)| match index % 3 {
         0 => Point2::from(point.coords * (0.2 + 0.07 * ((index / 3 * 7) % 11) as f64)),
@@ -59,7 +59,7 @@ fn likeness_tells_noise_and_outliers_and_overlap() {
     let spoiled = likeness(&spoiled, &fixed, &Pose2::identity(), &judge);
     assert!(spoiled.scatter > clean.scatter + 0.1, "{spoiled:?}");
     assert!(spoiled.overlap < 0.75, "{spoiled:?}");
-    // From where half of the room was not seen.
+    // From a place where half of the room was not seen.
     let half: Vec<_> = fixed
         .points()
         .iter()

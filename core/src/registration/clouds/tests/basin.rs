@@ -1,4 +1,4 @@
-//! Maps of starts: every cell once, and each what a plain call says.
+//! Maps of starts: every cell once, each with the result of a plain call.
 
 use super::*;
 
@@ -45,7 +45,7 @@ fn every_cell_comes_once_and_is_what_a_plain_call_says() {
     let found = |(_, cell): &&(Pose2, BasinCell)| cell.outcome == BasinOutcome::Found;
     let count = cells.iter().filter(found).count();
     assert!(count > 5 && count < 81, "{count} of 81 found");
-    // The right pose stands in the middle, and is found from itself.
+    // The true pose is in the middle, and is found from itself.
     let (start, cell) = cells.iter().find(|(_, cell)| cell.index == 40).unwrap();
     assert!(start.minus(&truth).length() < 1e-12);
     assert_eq!(cell.outcome, BasinOutcome::Found);

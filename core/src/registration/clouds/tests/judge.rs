@@ -1,4 +1,4 @@
-//! What the judge lets pass, and what not, at poses that are set, not found.
+//! What the judge accepts and rejects, at poses that are set, not found.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -8,7 +8,7 @@ use super::super::judge::{Back, Judged, judge, seen_from_other};
 use super::super::rival::is_ambiguous;
 use super::*;
 
-/// Four walls of these corners.
+/// Four walls with these corners.
 fn walls(corners: [[f64; 2]; 4]) -> Vec<Segment> {
     let next = corners.iter().cycle().skip(1);
     (corners.iter().zip(next))
@@ -24,7 +24,7 @@ fn at(pose: Pose2) -> Found {
     }
 }
 
-/// Normals of noisy points in a corridor lean either way, which must not look like walls across.
+/// Normals of noisy points in a corridor lean either way; this must not look like walls across it.
 #[test]
 fn noise_does_not_tell_the_way_along_a_corridor() {
     let judge_config = JudgeConfig::default();
@@ -38,7 +38,7 @@ fn noise_does_not_tell_the_way_along_a_corridor() {
             matches!(found.verdict, Verdict::Degenerate { .. }),
             "{seed}: {found:?}"
         );
-        // Of the way along nothing is known, of the rest all: no variance is negative.
+        // Nothing is known along the corridor, all the rest is: no variance is negative.
         let cov = found.estimate.cov;
         let variances = cov.symmetric_eigenvalues();
         assert!(
@@ -49,8 +49,8 @@ fn noise_does_not_tell_the_way_along_a_corridor() {
     }
 }
 
-/// In a long corridor with an end the side walls agree at every pose along it. Only the end tells
-/// that it is wrong.
+/// In a long corridor with an end, the side walls agree at every pose along it. Only the end shows
+/// that a pose is wrong.
 #[test]
 fn a_pose_that_slipped_along_a_corridor_is_another_minimum() {
     let corridor = walls([[-60.0, -1.0], [4.0, -1.0], [4.0, 1.0], [-60.0, 1.0]]);
@@ -73,8 +73,8 @@ fn a_pose_that_slipped_along_a_corridor_is_another_minimum() {
     }
 }
 
-/// A square room looks the same after a quarter turn, and the start says which is meant. A room
-/// with a niche does not, so that even a pose far from the start is believed.
+/// A square room looks the same after a quarter turn, and the start decides which is meant. A room
+/// with a niche does not, so even a pose far from the start is believed.
 #[test]
 fn a_pose_far_from_the_start_is_believed_only_where_none_nearer_is_as_good() {
     let square = walls([[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]]);
@@ -94,21 +94,22 @@ fn a_pose_far_from_the_start_is_believed_only_where_none_nearer_is_as_good() {
             is_ambiguous(&moving, &fixed, &far, &found, &config),
             is_symmetric
         );
-        // From near it nobody looks for others.
+        // From near it, no rival is searched for.
         let near = other * Pose2::new(0.1, 0.1, 0.9 * FRAC_PI_4);
         assert!(!is_ambiguous(&moving, &fixed, &near, &found, &config));
     }
 }
 
-/// Of a scan, what a sensor that looks one way sees: beams within a quarter turn of a bearing.
+/// The part of a scan that a sensor with a narrow field of view sees: beams within a quarter turn
+/// of a bearing.
 fn half(walls: &[Segment], pose: &Pose2, middle: f64, seed: u64) -> Cloud {
     let whole = look(walls, pose, 0.01, seed);
     let is_ahead = |p: &&Point2<f64>| unit_vector(middle).dot(&p.coords) > 0.0;
     Cloud::scan(whole.points().iter().filter(is_ahead).copied().collect()).unwrap()
 }
 
-/// Turned, scans of a sensor that looks one way show different things: what would contradict the
-/// pose is out of sight, so that no rival needs to be found.
+/// When turned, scans of a sensor with a narrow field of view show different things: what would
+/// contradict the pose is out of sight, so the pose is ambiguous even if no rival is found.
 #[test]
 fn a_pose_far_from_the_start_is_not_believed_of_scans_that_look_different_ways() {
     let config = JudgeConfig::default();
@@ -122,7 +123,7 @@ fn a_pose_far_from_the_start_is_not_believed_of_scans_that_look_different_ways()
     assert!(is_ambiguous(&moving, &fixed, &far, &found, &config));
     let near = truth * Pose2::new(0.1, 0.1, 0.2);
     assert!(!is_ambiguous(&moving, &fixed, &near, &found, &config));
-    // Nor where all that is in sight agrees, as one wall does with another.
+    // It is also ambiguous if everything in sight agrees, as one wall does with another.
     let all_agree = Judged {
         is_partial: false,
         ..found
@@ -130,7 +131,8 @@ fn a_pose_far_from_the_start_is_not_believed_of_scans_that_look_different_ways()
     assert!(is_ambiguous(&moving, &fixed, &far, &all_agree, &config));
 }
 
-/// What is found there, and as many points agree on, stands against what was found elsewhere.
+/// If a search near the start finds a pose on which as many points agree, it counts against the
+/// pose found elsewhere.
 #[test]
 fn of_scans_that_look_different_ways_the_pose_on_which_more_agree_is_believed() {
     let config = JudgeConfig::default();
@@ -146,7 +148,7 @@ fn of_scans_that_look_different_ways_the_pose_on_which_more_agree_is_believed() 
     assert!(!is_ambiguous(&moving, &fixed, &start, &found, &config));
 }
 
-/// Of scans that are nearly whole and without noise a Gauss-Newton step leads back.
+/// For scans that are nearly complete and without noise, a Gauss-Newton step leads back.
 #[test]
 fn the_points_of_the_fixed_cloud_move_a_pose_that_is_off_back_to_the_truth() {
     let config = JudgeConfig::default();
@@ -180,8 +182,9 @@ fn a_change_of_the_inverse_is_that_of_the_pose_by_central_differences() {
     }
 }
 
-/// The information is the mean of many: by the squares of one cloud's noisy normals it would be too
-/// large along a corridor, by both clouds' it is that of the walls, which is none.
+/// The mean information over many scans: with the squares of one cloud's noisy normals it would be
+/// too large along a corridor; with the normals of both clouds it is that of the walls, which is
+/// zero.
 #[test]
 fn what_noisy_normals_say_along_a_corridor_is_nothing_in_the_mean() {
     let config = JudgeConfig::default();

@@ -1,5 +1,5 @@
-//! What a trace shows is what the method does: the same result to the bit, and correspondences that
-//! brute force finds as well.
+//! A trace shows what the method does: the same result to the bit, and correspondences that brute
+//! force finds as well.
 
 use super::*;
 use crate::registration::{Correspondence, Iteration};
@@ -42,7 +42,7 @@ fn a_trace_begins_at_the_start_and_closes_in() {
             iterations,
         } = trace(&method);
         let (first, last) = (iterations.first().unwrap(), iterations.last().unwrap());
-        // Coherent point drift lays the means on each other first.
+        // Coherent point drift first moves the means onto each other.
         if name == "cpd" {
             assert!(first.pose.minus(&start).z.abs() < 1e-12, "{name}");
         } else {
@@ -71,7 +71,7 @@ fn a_trace_begins_at_the_start_and_closes_in() {
     }
 }
 
-/// Every point of the moving cloud that a correspondence is of, as it lay.
+/// Whether `point` is a point of the cloud at this pose.
 fn lies_in(cloud: &Cloud, pose: &Pose2, point: &Point2<f64>) -> bool {
     let lies = |p: &Point2<f64>| (*pose * *p - point).length() < 1e-9;
     cloud.points().iter().any(lies)
@@ -108,8 +108,8 @@ fn extent(points: &[Point2<f64>]) -> f64 {
     (squares.sum::<f64>() / count).sqrt()
 }
 
-/// Coherent point drift and mixtures pull every point to the mean of all fixed ones, each by its
-/// Gaussian: here with a double loop, without a fast transform.
+/// Coherent point drift and mixtures pull every point to the mean of all fixed ones, weighted by
+/// its Gaussian: here with a double loop, without a fast transform.
 #[test]
 fn soft_correspondences_are_those_of_a_double_loop() {
     let (moving, fixed, _) = pair();
@@ -156,7 +156,7 @@ fn soft_correspondences_are_those_of_a_double_loop() {
             for pair in &correspondences {
                 let at = moved.iter().position(|y| (y - pair.from).length() < 1e-9);
                 let (to, weight) = all[at.expect("a point of the cloud")];
-                // As precise as the sums were asked to be.
+                // As precise as was requested of the sums.
                 let off = (pair.to.coords - to).length();
                 assert!(off < 2e-3 / pair.weight, "{name}: {off} m of {width}");
                 assert!((pair.weight - weight / most).abs() < 2e-3, "{name}");

@@ -1,13 +1,13 @@
-//! Partial scans on the move, for otherwise a robot would see nothing before it stands and sweeps
+//! Partial scans on the move; without them, a robot would see nothing until it stands and sweeps
 //! again.
 //!
-//! 1. The servo points ahead, to one side, ahead, to the other ([`RangerModel::PARTIAL_SCAN`]).
-//!    Four rangers at 90° to one another so see twelve directions 30° apart in 0.4 s, those along
-//!    the robot twice: a person of 0.2 m is between none of them nearer than half a metre.
-//! 2. All rangers are read once the servo has had time to get there ([`PACE`]) and
-//!    [`RangerModel::period`] more. What is held then may have been measured before, as in a sweep.
-//! 3. Four readings are a scan of their own, which is no picture of the room:
-//!    [`crate::points::Walkers::partial_scan`] takes it.
+//! 1. The servo points ahead, to one side, ahead, to the other ([`RangerModel::PARTIAL_SCAN`]). So
+//!    four rangers at 90° to one another see twelve directions 30° apart in 0.4 s, those along the
+//!    robot twice: a person of 0.2 m who is missed by all of them is at least half a metre away.
+//! 2. All rangers are read [`RangerModel::period`] after the servo has had time to get there
+//!    ([`PACE`]). The value held then may have been measured before, as in a sweep.
+//! 3. Four readings are a scan of their own, but no picture of the room:
+//!    [`crate::points::Walkers::partial_scan`] uses it.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -17,17 +17,17 @@ use super::{RANGERS, RangerModel, Rangers, Span, View};
 use crate::geom::wrap;
 use crate::robot::Scan;
 
-/// What a servo needs for a radian, s: a millisecond for each degree.
+/// The servo's time for a radian, s: a millisecond for each degree.
 const PACE: f64 = 0.057;
 
 /// The servo on its way to the next partial scan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ServoMove {
-    /// Place in [`RangerModel::PARTIAL_SCAN`].
+    /// Index in [`RangerModel::PARTIAL_SCAN`].
     number: usize,
-    /// Where the servo stood before, rad.
+    /// The servo's previous angle, rad.
     from: f64,
-    /// When it was commanded to go, s.
+    /// When it was commanded to move, s.
     commanded: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The inverse against the forward model, σ against a Monte Carlo run, and when what is read was
+//! The inverse compared with the forward model, σ with a Monte Carlo run, and when readings were
 //! measured.
 
 use rand::SeedableRng;
@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::robot::Adc;
 
-/// What comes of these volts, once they are counted.
+/// The reading that results from these volts after conversion.
 fn read(model: &RangerModel, inverse: &RangerInverse, volts: f64) -> (f32, f32) {
     inverse.read(model.adc.volts(model.adc.counts(volts)))
 }
@@ -23,7 +23,7 @@ fn inverse_gives_the_range_back_within_what_the_fit_says() {
             let volts = model.sharp.volts_at(truth);
             let (range, sigma) = read(&model, &inverse, volts);
             let error = f64::from(range) - truth;
-            // Without noise only the fit and the converter's steps err.
+            // Without noise, only the fit and the quantisation err.
             assert!(
                 error.abs() < 3.0 * f64::from(sigma),
                 "{truth}: {range} ± {sigma}"
@@ -51,7 +51,7 @@ fn sigma_of_the_noise_is_that_of_many_readings() {
         }
         let mean = sum / f64::from(n);
         let spread = (squares / f64::from(n) - mean * mean).sqrt();
-        // The slope changes along the noise, so the two agree to first order only.
+        // The slope changes over the range of the noise, so the two agree only to first order.
         let slope = model.fit().unwrap().characteristic.slope_at(volts).abs();
         let expect = slope * libm::hypot(model.volts_sigma, model.adc.sigma());
         assert!(
@@ -97,8 +97,8 @@ fn what_is_read_was_measured_before_and_with_a_slow_servo_in_place() {
         f64::from(late) / f64::from(all)
     };
     assert_eq!(late(RangerModel::long().period, &mut rng), 0.0);
-    // A cycle of mean length c ends within what a shorter period leaves after settling, p, with
-    // probability p/c.
+    // A cycle of mean length c ends within the time p that a shorter period leaves after settling,
+    // with probability p/c.
     let part = late(RangerModel::long().settle + 0.02, &mut rng);
     assert!((part - (1.0 - 0.02 / 0.0383)).abs() < 0.06, "{part}");
 }

@@ -6,8 +6,8 @@ use super::*;
 use crate::robot::OdometryNoise;
 use crate::sim::{Door, reachable_area};
 
-/// A room of 6 m x 2 m, parted at x = 3 by a wall with a door of 1 m in it; the robot stands in the
-/// left half and looks right.
+/// A room of 6 m x 2 m, divided at x = 3 by a wall with a door of 1 m in it; the robot stands in
+/// the left half and faces right.
 fn parted(is_open: bool, switches: &[f64]) -> World {
     let mut world = World::new("parted", Pose2::new(1.0, 1.0, 0.0))
         .with_room(&[(0.0, 0.0), (6.0, 0.0), (6.0, 2.0), (0.0, 2.0)])

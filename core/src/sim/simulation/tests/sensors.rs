@@ -1,5 +1,5 @@
-//! What sensors tell of a world that is known: ranges within their sigmas, what they cannot see,
-//! and when they look.
+//! What sensors report about a known world: ranges within their sigmas, what they cannot see, and
+//! when they look.
 
 use super::*;
 
@@ -23,8 +23,8 @@ fn standing_lidar_tells_the_true_ranges_within_its_sigmas() {
                 lost += 1.0;
                 continue;
             }
-            // What the bearing's noise does to the range depends on the slant: only fairly square
-            // beams count.
+            // The effect of the bearing's noise on the range depends on the slant, so only fairly
+            // square beams count.
             let wall = sim.caster().walls()[truth.surface]
                 .segment
                 .vector()
@@ -163,7 +163,7 @@ fn rangers_sweep_once_on_command_while_the_robot_stands() {
     assert!(
         scan.ranges.iter().any(|r| r.is_finite()) && scan.ranges.iter().any(|r| r.is_infinite())
     );
-    // A command in the middle gives the sweep up.
+    // A command in the middle ends the sweep.
     sim.command(Command::Scan);
     sim.advance(1.0);
     sim.command(Command::Stop);
@@ -201,7 +201,7 @@ fn partial_scans_point_where_they_say_and_see_what_is_there() {
                         continue;
                     };
                     let (range, sigma) = (f64::from(scan.ranges[i]), f64::from(scan.sigmas[i]));
-                    // The servo's noise, on walls that are met aslant.
+                    // The servo's noise, on slanting walls.
                     let off = (range - truth.distance).abs();
                     seen += 1;
                     wild += i32::from(off.is_nan() || off >= 4.0 * sigma + 0.05);
@@ -209,7 +209,7 @@ fn partial_scans_point_where_they_say_and_see_what_is_there() {
             }
         }
     }
-    // Ahead, left, back and right twice as often as what lies between.
+    // Ahead, left, back and right twice as often as the directions in between.
     let count = |at: usize| looked.iter().filter(|l| **l == at).count();
     for at in 0..12 {
         let part = count(at) as f64 / looked.len() as f64;
@@ -217,7 +217,7 @@ fn partial_scans_point_where_they_say_and_see_what_is_there() {
         assert!((part - expect).abs() < 0.02, "{}°: {part}", 30 * at);
     }
     assert!(seen > 300 && wild * 20 < seen, "{wild} of {seen}");
-    // What was not taken of the last leg; the sweep and standing add none.
+    // The readings of the last leg that were not taken; the sweep and standing add none.
     finish(&mut sim, Command::Scan);
     while sim.take_partial_scan().is_some() {}
     sim.advance(2.0);
@@ -285,8 +285,8 @@ fn folding_rangers_take_near_things_for_far_ones() {
         scan.ranges[ahead]
     };
     assert!(near(false).is_nan());
-    // At 0.12 m of 0.15 m the volts are 0.8 of the highest, 2.2 V: those of 0.25 m by the data
-    // sheet.
+    // At 0.12 m of 0.15 m the volts are 0.8 of the highest, 2.2 V: the same as at 0.25 m by the
+    // data sheet.
     assert!((near(true) - 0.25).abs() < 0.05, "{}", near(true));
 }
 
