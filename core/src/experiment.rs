@@ -1,5 +1,5 @@
-//! A simulated robot as the source of a [`Session`], in one deterministic loop; and what only a
-//! simulation knows: the truth, and with it how large the errors are.
+//! A simulated robot as the source of a [`Session`], in one deterministic loop, with what only a
+//! simulation knows: the truth, and so the size of the errors.
 //!
 //! ```text
 //!   Simulation ── odometry, scans ──> Session ── command ──> Simulation
@@ -42,18 +42,18 @@ pub use link::{Link, LinkError, Place};
 
 /// Simulated time of one step, s: how often the pilot decides.
 pub const CONTROL_PERIOD: f64 = 0.05;
-/// Control periods that one stage of the cycle, or scans of a standing robot, may take: ten
+/// Limit of control periods for one stage of the cycle, and for the scans of a standing robot: ten
 /// minutes.
 const MOST_PERIODS: usize = 12_000;
-/// Readings that are kept for a log: 40 MB, three quarters of an hour of a lidar with 360 beams at
-/// 10 Hz.
+/// Most readings kept for a log: 40 MB, three quarters of an hour of a lidar with 360 beams at 10
+/// Hz.
 const MOST_LOGGED: usize = 10_000_000;
-/// Odometry readings in one step. A turning sensor is de-skewed by them, so they come faster than
-/// decisions.
+/// Odometry readings in one step. They de-skew the scans of a turning sensor, so they come faster
+/// than decisions.
 const READINGS: u32 = 5;
 
-/// Cells among which a place for a kidnapped robot is drawn, m; and how often, where people stand
-/// in the way.
+/// Size of the cells from which a place for a kidnapped robot is drawn, m; and how often one is
+/// drawn while people stand in the way.
 const KIDNAP_CELL: f64 = 0.1;
 const KIDNAP_TRIES: usize = 100;
 
@@ -61,7 +61,7 @@ const KIDNAP_TRIES: usize = 100;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExperimentError {
-    /// The world or the robot in it.
+    /// The world, or the robot in it, is refused.
     #[error(transparent)]
     Sim(#[from] SimError),
     /// A setting of the estimation.
@@ -72,18 +72,18 @@ pub enum ExperimentError {
 /// A simulated robot that maps, finds itself, plans and drives.
 #[derive(Debug)]
 pub struct Experiment {
-    /// What it began with.
+    /// The configuration with which it began.
     start: ExperimentConfig,
     sim: Simulation,
     session: Session,
     map_from_world: Pose2,
     record: Record,
     refinding: Refinding,
-    /// Whether the pilot has decided on the period that comes next.
+    /// Whether the pilot has decided on the next period already.
     has_decided: bool,
-    /// Scans with the odometry at which they were taken, as long as there is room.
+    /// Scans with the odometry at which they were taken, up to [`MOST_LOGGED`] readings.
     log: CarmenLog,
-    /// Numbers of its own: a kidnapping must not change the noise of the sensors.
+    /// A random generator of its own: a kidnapping must not change the noise of the sensors.
     kidnapper: ChaCha8Rng,
     actions: Actions,
 }
@@ -91,7 +91,7 @@ pub struct Experiment {
 impl Experiment {
     /// Puts the robot at the start of its world. The map's frame begins there.
     ///
-    /// # Errors    [`ExperimentError`] naming what cannot be.
+    /// # Errors    [`ExperimentError`] naming what is refused.
     pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
         let start = config.clone();
         let map_from_world = config.world.start.inverse();
@@ -110,8 +110,8 @@ impl Experiment {
             scans_on_command: sim.scans_on_command(),
             is_driven: true,
             method: config.method,
-            // The pilot draws its own numbers: what it decides must not change the noise of the
-            // sensors.
+            // The pilot has a random generator of its own: what it decides must not change the
+            // noise of the sensors.
             seed: config.seed ^ 0x9E37_79B9_7F4A_7C15,
             slam,
             pilot: config.pilot,
@@ -133,7 +133,7 @@ impl Experiment {
     }
 
     /// One control period: the pilot decides, the robot moves, odometry and scans are taken in.
-    /// Tells whether a scan was.
+    /// Returns whether a scan was taken in.
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
     /// produce one.
@@ -143,7 +143,7 @@ impl Experiment {
     }
 
     /// The first half of a step: the pilot looks at the map and tells the robot what to do. Does
-    /// nothing where it has decided already, as [`Self::next_stage`] may leave it.
+    /// nothing if it has decided already, which can be so after [`Self::next_stage`].
     pub fn decide(&mut self) {
         self.session.show_all_stages();
         self.steer();
@@ -160,8 +160,8 @@ impl Experiment {
         }
     }
 
-    /// The second half of a step: the robot moves, odometry and scans are taken in. Tells whether a
-    /// scan was.
+    /// The second half of a step: the robot moves, odometry and scans are taken in. Returns whether
+    /// a scan was taken in.
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
     /// produce one.
@@ -181,8 +181,8 @@ impl Experiment {
         Ok(has_scanned)
     }
 
-    /// One reading of the odometry, and what the sensors measured meanwhile. Tells whether it was a
-    /// scan.
+    /// One reading of the odometry, and what the sensors measured meanwhile. Returns whether they
+    /// gave a scan.
     fn read(&mut self) -> Result<bool, SlamError> {
         self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));
         self.session.odometry(&self.sim.odometry())?;
@@ -214,10 +214,10 @@ impl Experiment {
         Ok(true)
     }
 
-    /// Goes on to the next stage of the cycle that was not shown yet, and tells which it is; `None`
-    /// where the errand is over or there is none. It steps through the record of the stages; the
-    /// run itself goes on, to the next decision, only where that is used up, so that its bits are
-    /// those of [`Self::step`].
+    /// Goes on to the next stage of the cycle that was not shown yet, and returns it; `None` if the
+    /// errand is over or there is none. It steps through the record of the stages; only when that
+    /// is used up does the run itself go on to the next decision, so its bits are those of
+    /// [`Self::step`].
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
     /// produce one.
@@ -237,7 +237,7 @@ impl Experiment {
         Ok(None)
     }
 
-    /// Other settings from here on; see [`Session::reconfigure`].
+    /// Uses other settings from here on; see [`Session::reconfigure`].
     ///
     /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
     pub fn reconfigure(&mut self, settings: &Settings) -> Result<(), SlamError> {
@@ -247,9 +247,9 @@ impl Experiment {
         Ok(())
     }
 
-    /// `count` scans of a robot that is just like this one and stands where it stands, for
-    /// [`crate::points::estimate_sigma`]; fewer where they would take more than ten minutes. The
-    /// run itself is not affected.
+    /// `count` scans of a copy of this robot, standing where it stands, for
+    /// [`crate::points::estimate_sigma`]; fewer if they would take more than ten minutes. The run
+    /// itself is not affected.
     #[must_use]
     pub fn standing_scans(&self, count: usize) -> Vec<Scan> {
         let mut sim = self.sim.clone();
@@ -262,8 +262,8 @@ impl Experiment {
             }
             sim.advance(CONTROL_PERIOD);
             let came = sim.take_scan();
-            // What was seen before it stood, and during the sweep in which it came to stand, does
-            // not count.
+            // Scans taken before it stood, and during the sweep in which it came to stand, do not
+            // count.
             if stands {
                 scans.extend(came);
             } else {
@@ -285,7 +285,7 @@ impl Experiment {
         self.actions.note(self.has_decided, Action::SetCycle(cycle));
     }
 
-    /// Gives the robot something else to do.
+    /// Gives the robot another task.
     pub fn set_mode(&mut self, mode: Mode) {
         self.session.set_mode(mode);
         self.actions.note(self.has_decided, Action::SetMode(mode));
@@ -303,15 +303,15 @@ impl Experiment {
         self.session.draw_dead_reckoned();
     }
 
-    /// A twin with this calibration runs beside the robot from here on, or no longer.
+    /// Runs a twin with this calibration beside the robot from here on; `None` ends it.
     pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
         self.session.set_twin(calibration);
     }
 
-    /// Carries the robot elsewhere: to a pose in the world's frame, or to a free place that the
-    /// seed draws. It does not notice, nor does anything that it knows change.
+    /// Carries the robot elsewhere: to a pose in the world's frame, or to a free place drawn by the
+    /// seed. The robot does not notice, and its state does not change.
     ///
-    /// # Errors    [`Blocked`]: something stands at the pose; of a drawn place, people everywhere.
+    /// # Errors    [`Blocked`]: something stands at the pose; for a drawn place, people everywhere.
     pub fn kidnap(&mut self, world_from_robot: Option<&Pose2>) -> Result<(), Blocked> {
         match world_from_robot {
             Some(pose) => {
@@ -319,7 +319,7 @@ impl Experiment {
                 self.sim.kidnap(pose)
             }
             None => {
-                // Refused or not, it took numbers of the seed.
+                // Refused or not, the attempt drew random numbers.
                 self.actions.note(self.has_decided, Action::Kidnap);
                 self.kidnap_anywhere()
             }
@@ -355,7 +355,7 @@ impl Experiment {
         Ok(())
     }
 
-    /// Stops the robot at once; what it was doing is forgotten.
+    /// Stops the robot at once and forgets its task.
     pub fn stop(&mut self) {
         self.session.stop();
         self.sim.command(Command::Stop);
@@ -370,7 +370,7 @@ impl Experiment {
 
     /// Goes on in a saved map, before the first scan.
     ///
-    /// # Errors    [`SlamError`]; then all stays as it was.
+    /// # Errors    [`SlamError`]; then nothing changes.
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
         self.actions.note_untold("it went on in a saved map");
         self.session.go_on_in(saved)
@@ -378,13 +378,13 @@ impl Experiment {
 
     /// Changes the map by hand; see [`crate::slam::Slam::edit`].
     ///
-    /// # Errors    [`SlamError`]; then it stays as it was.
+    /// # Errors    [`SlamError`]; then the map does not change.
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
         self.actions.note_untold("the map was changed by hand");
         self.session.edit(kind, corners)
     }
 
-    /// Takes back the last change that was made by hand; `false` where there is none.
+    /// Takes back the last change that was made by hand; `false` if there is none.
     pub fn undo_edit(&mut self) -> bool {
         self.actions.fork();
         self.session.undo_edit()
@@ -392,20 +392,20 @@ impl Experiment {
 
     /// Takes a submap out of the map; see [`crate::slam::Slam::remove_submap`].
     ///
-    /// # Errors    [`SlamError`]; then the map stays as it was.
+    /// # Errors    [`SlamError`]; then the map does not change.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
         self.actions.note_untold("a submap was taken out");
         self.session.remove_submap(submap)
     }
 
-    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
-    /// none that can come back.
+    /// Puts back the submap that was taken out last and returns its number; `None` if there is none
+    /// that can come back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.actions.fork();
         self.session.undo_removal()
     }
 
-    /// What it believes and intends.
+    /// The session: what the robot believes and intends.
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
@@ -417,15 +417,15 @@ impl Experiment {
         &self.record
     }
 
-    /// How well landmarks were found again so far, gate by gate; nothing counted with methods that
-    /// have none.
+    /// How well landmarks were found again so far, gate by gate; all zero for methods without
+    /// landmarks.
     #[must_use]
     pub fn refinding(&self) -> &RefindingCurve {
         self.refinding.curve()
     }
 
     /// The scans so far with the odometry at which they were taken: what an estimator needs,
-    /// without the truth. Of a run that is very long the first ten million readings.
+    /// without the truth. Of a very long run, only the first ten million readings.
     #[must_use]
     pub fn log(&self) -> &CarmenLog {
         &self.log
@@ -443,7 +443,7 @@ impl Experiment {
         self.map_from_world * self.sim.truth()
     }
 
-    /// The motion that takes the world's frame to the map's.
+    /// The transform that takes the world's frame to the map's.
     #[must_use]
     pub fn map_from_world(&self) -> Pose2 {
         self.map_from_world
@@ -464,7 +464,7 @@ impl Experiment {
     }
 }
 
-/// Motors under control stand within a small fraction of a millimetre, not to the bit.
+/// Controlled motors stand within a small fraction of a millimetre, not to the bit.
 fn is_slow((forward, turn): (f64, f64)) -> bool {
     forward.abs() < 1e-3 && turn.abs() < 1e-3
 }

@@ -1,11 +1,12 @@
-//! Lessons: simulated runs with a fault that a person is to mend, graded by what is measured.
+//! Lessons: simulated runs with a fault that a person is to fix, graded by measurements.
 //!
-//! In: a run that began as a lesson says, but for what was mended. Out: a mark for each goal.
+//! In: a run that began as a lesson says, except for what was fixed. Out: a mark for each goal.
 //!
-//! A lesson is an experiment in a [`Link`]. Of its settings some are the fault in the world itself,
-//! as a track that runs farther than is counted: those stay as they are ([`Lesson::given`]). All
-//! others may be changed, and the method where the lesson says so. A run is graded when its errand
-//! is over or its time is up, whichever comes first: an unmended run that never ends fails too.
+//! A lesson is an experiment in a [`Link`]. Some of its settings are the fault in the world itself,
+//! such as a track that travels farther than it counts: those must stay as they are
+//! ([`Lesson::given`]). All others may be changed, and the method too if the lesson allows it. A
+//! run is graded when its errand is over or its time is up, whichever comes first: a run that never
+//! ends without a fix fails too.
 
 mod catalogue;
 mod grade;
@@ -22,59 +23,59 @@ use crate::slam::Method;
 /// A run with a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lesson {
-    /// Its name in commands and addresses, unique; it never changes.
+    /// Its name in commands and addresses, unique and permanent.
     pub name: &'static str,
-    /// As people call it.
+    /// Its title for people.
     pub title: &'static str,
-    /// What is seen to go wrong; not why.
+    /// The symptom, not its cause.
     pub fault: &'static str,
-    /// What is to be done about it, and by what means.
+    /// What is to be done, and by what means.
     pub task: &'static str,
-    /// Where to look, for who does not find it.
+    /// A hint on where to look.
     pub hint: &'static str,
     /// How it begins, as text of a [`Link`].
     link: &'static str,
-    /// Keys of the settings that are how the world is: they have to stay as the link says.
+    /// Keys of the settings that describe the world: they have to stay as the link says.
     pub given: &'static [&'static str],
-    /// Whether another method may be the way out.
+    /// Whether the method may be changed as a fix.
     pub is_method_free: bool,
-    /// When it is graded at the latest, s of simulated time.
+    /// Latest time of grading, s of simulated time.
     pub seconds: f64,
-    /// What has to be reached, all of it.
+    /// The goals, all of which must be reached.
     pub goals: &'static [Goal],
 }
 
-/// What has to be reached.
+/// A goal of a lesson.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
-    /// What is measured.
+    /// The figure that is measured.
     pub measure: Measure,
-    /// The least that is asked for where [`Measure::is_least`], otherwise the most that is allowed;
-    /// in the unit of the measure.
+    /// The least required if [`Measure::is_least`], otherwise the most allowed; in the unit of the
+    /// measure.
     pub bound: f64,
 }
 
 /// What a run is graded by; only a simulation knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
-    /// Part of the reachable area that is known, 0 to 1.
+    /// Fraction of the reachable area that is known, 0 to 1.
     Explored,
     /// Root mean square of the distances of the estimated from the true positions, m, after
     /// alignment.
     TrajectoryError,
     /// Distance of the estimated from the true position now, m.
     PositionError,
-    /// Distance of the position by odometry alone from the true one now, as a part of the way that
-    /// was driven.
+    /// Distance of the position by odometry alone from the true one now, as a fraction of the
+    /// distance driven.
     WheelDrift,
     /// Mean NEES of the pose; 3 if its covariance is honest.
     Nees,
-    /// How often the robot touched something.
+    /// Number of times the robot touched something.
     Contacts,
 }
 
 impl Measure {
-    /// The names of all, in the order above.
+    /// The names of all measures, in the order above.
     pub const NAMES: &[&str] = &[
         "explored",
         "trajectory-error",
@@ -97,28 +98,28 @@ impl Measure {
     }
 }
 
-/// Why a run is none of a lesson.
+/// Why a run does not belong to a lesson.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NotOfLesson {
-    /// Another building, sensor, seed, method or way to drive.
+    /// Another building, sensor, seed, method or way of driving.
     #[error("the lesson's {what} is `{expected}`, this run has `{found}`")]
     Part {
-        /// What it is.
+        /// What differs.
         what: &'static str,
-        /// What the lesson begins with.
+        /// What it is in the lesson.
         expected: String,
-        /// What the run began with.
+        /// What it was at the start of the run.
         found: String,
     },
-    /// The fault was not mended but taken away.
+    /// A setting that describes the world was changed.
     #[error("`{key}` is how the lesson's world is: it stays {expected}, this run has {found}")]
     Given {
         /// Key of the setting.
         key: &'static str,
-        /// Its number in the lesson.
+        /// Its value in the lesson.
         expected: f64,
-        /// Its number in the run.
+        /// Its value in the run.
         found: f64,
     },
     /// The run cannot be read.
@@ -133,14 +134,14 @@ impl Lesson {
         LESSONS.iter().find(|lesson| lesson.name == name)
     }
 
-    /// How it begins.
+    /// The run with which the lesson begins.
     ///
-    /// # Errors    None of a lesson in [`LESSONS`]; tests hold that.
+    /// # Errors    Never for a lesson in [`LESSONS`]; tests check that.
     pub fn begin(&self) -> Result<Link, LinkError> {
         Link::read(self.link)
     }
 
-    /// The same with what is to mend it: another method, other settings.
+    /// The run with changes that are to fix the fault: another method, other settings.
     ///
     /// # Errors    [`NotOfLesson`].
     pub fn mended(
@@ -157,7 +158,7 @@ impl Lesson {
         Ok(link)
     }
 
-    /// Whether a run that began like this is one of the lesson, whatever was mended.
+    /// Whether a run with this beginning belongs to the lesson, whatever was fixed.
     ///
     /// # Errors    [`NotOfLesson`], naming the first thing that differs.
     pub fn check(&self, run: &Link) -> Result<(), NotOfLesson> {

@@ -1,18 +1,18 @@
-//! A robot behind a bridge as the source of a [`Session`]: what robot and sensors say feeds it, and
-//! what it decides goes back.
+//! A robot behind a bridge as the source of a [`Session`]: readings of the robot and its sensors go
+//! in, and commands go back.
 //!
 //! ```text
 //!   bridge ── messages ──> Client ── odometry, scans ──> Timeline ──> Session ──┐
 //!          <── messages ──        <─────────────── commands ───────────────────┘
 //! ```
 //!
-//! 1. The bridge's hello names the robot; estimate and map begin with it. A robot in a new
-//!    connection goes on in the old map.
-//! 2. [`Live::receive`] takes a message, [`Live::tick`] lets the pilot decide; both say what to
-//!    send by [`Live::take_outgoing`]. Time is µs of the caller's clock.
+//! 1. The bridge's hello names the robot; estimate and map begin with it. After a reconnection the
+//!    same robot goes on in the old map.
+//! 2. [`Live::receive`] takes a message, [`Live::tick`] lets the pilot decide;
+//!    [`Live::take_outgoing`] gives what both want to send. Time is µs of the caller's clock.
 //! 3. The pilot's commands go out only while this client has the lease and the robot is armed.
-//!    Whatever disarms it also ends the pilot's task, and so does asking for the right to drive:
-//!    nothing begins or goes on by itself when the robot is armed.
+//!    Whatever disarms the robot also ends the pilot's task, and so does asking for the lease:
+//!    arming never starts or resumes a task by itself.
 
 mod bridge_map;
 mod homing;
@@ -43,29 +43,29 @@ pub use homing::{Homing, HomingConfig};
 pub struct Note {
     /// Its severity.
     pub severity: Severity,
-    /// In a sentence.
+    /// The sentence.
     pub text: String,
 }
 
 /// What a session with a bridge begins with.
 #[derive(Clone, Debug)]
 pub struct LiveConfig {
-    /// How others see this client.
+    /// The name under which others see this client.
     pub name: String,
     /// The right to drive; none to watch.
     pub token: Option<String>,
     /// How the pose is estimated.
     pub method: Method,
-    /// The map that a method finds the robot in ([`Method::needs_prior_map`]), placed by where the
-    /// robot is when the bridge names it; without one the line filter draws its own.
+    /// The map in which a method localises the robot ([`Method::needs_prior_map`]), placed by the
+    /// robot's pose when the bridge names it; without one the line filter draws its own.
     pub prior_map: Option<PriorMap>,
-    /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg)
-    /// also where its sensor scans all the time.
+    /// Whether the robot drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one
+    /// leg) even if its sensor scans all the time.
     pub cycle: bool,
     /// Settings that differ from the defaults of the robot that the bridge names
     /// ([`Settings::of_robot`]); those of simulated sensors and bodies do not matter.
     pub settings: Vec<(String, f64)>,
-    /// Of the planner's random numbers.
+    /// Seed of the planner's random numbers.
     pub seed: u64,
 }
 
@@ -73,7 +73,7 @@ pub struct LiveConfig {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LiveError {
-    /// A setting that does not exist, or is out of range.
+    /// A setting that does not exist or is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),
     /// A setting that the estimation refuses.
@@ -86,25 +86,25 @@ pub enum LiveError {
 pub struct Live {
     config: LiveConfig,
     client: Client,
-    /// The map that it goes on in.
+    /// The saved map in which it goes on.
     saved_map: Option<EarlierMap>,
     /// The robot that the bridge named.
     figures: Option<RobotFigures>,
-    /// Begins again with each robot that is named, as all of the readings' past does.
+    /// Begins again with each robot that is named, as do the remembered readings.
     session: Session,
     timeline: Timeline,
     bumpers: Bumpers,
-    /// Standing still was commanded already.
+    /// Whether the robot was already commanded to stand still.
     is_halted: bool,
-    /// How often estimate and map began: with the first hello of a bridge, and with one that names
-    /// another robot.
+    /// How often estimate and map were begun: with the first hello of a bridge, and with each hello
+    /// that names another robot.
     pub begun: u32,
     notes: Vec<Note>,
     /// Robot and sensors, as last reported.
     pub devices: Vec<Device>,
-    /// How the recording goes; none where nothing is recorded.
+    /// State of the recording; `None` if nothing is recorded.
     pub recording: Option<RecordingBody>,
-    /// Volts of the battery; none before the robot reported them.
+    /// Battery voltage, V; `None` before the robot reported it.
     pub battery: Option<f32>,
     /// Readings that this client missed because newer ones came before it took them.
     pub dropped: u64,
@@ -125,17 +125,17 @@ impl Live {
         &self.client
     }
 
-    /// What robot and sensors reported so far, and what is intended; of an unknown robot, the
-    /// figures of a Pioneer.
+    /// What robot and sensors reported so far, and what is intended. For an unknown robot it has
+    /// the figures of a Pioneer.
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// Goes on in a saved map: now, and with each robot that the bridge names from here on. Where
-    /// robot or method do not allow it, they begin with an empty one.
+    /// Goes on in a saved map: now, and with each robot that the bridge names from here on. If the
+    /// robot or the method does not allow it, they begin with an empty map.
     ///
-    /// # Errors    [`SlamError`]; then all stays as it was.
+    /// # Errors    [`SlamError`]; then nothing changes.
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
         self.session.go_on_in(saved.clone())?;
         self.saved_map = Some(saved);
@@ -144,32 +144,32 @@ impl Live {
 
     /// Changes the map by hand; see [`crate::slam::Slam::edit`].
     ///
-    /// # Errors    [`SlamError`]; then it stays as it was.
+    /// # Errors    [`SlamError`]; then the map does not change.
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
         self.session.edit(kind, corners)
     }
 
-    /// Takes back the last change that was made by hand; `false` where there is none.
+    /// Takes back the last change that was made by hand; `false` if there is none.
     pub fn undo_edit(&mut self) -> bool {
         self.session.undo_edit()
     }
 
     /// Takes a submap out of the map; see [`crate::slam::Slam::remove_submap`].
     ///
-    /// # Errors    [`SlamError`]; then the map stays as it was.
+    /// # Errors    [`SlamError`]; then the map does not change.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
         self.session.remove_submap(submap)
     }
 
-    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
-    /// none that can come back.
+    /// Puts back the submap that was taken out last and returns its number; `None` if there is none
+    /// that can come back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.session.undo_removal()
     }
 
     /// A session that has not heard anything yet.
     ///
-    /// # Errors    [`LiveError`] naming the first setting that cannot be.
+    /// # Errors    [`LiveError`] naming the first setting that is refused.
     pub fn new(config: LiveConfig) -> Result<Self, LiveError> {
         let (session, _) = session_for(&config, None)?;
         Ok(Self {
@@ -201,7 +201,7 @@ impl Live {
         self.end_task();
     }
 
-    /// Throws map and pose away, a saved one too, and begins where the robot stands.
+    /// Discards map and pose, including a saved map, and begins where the robot stands.
     pub fn begin_anew(&mut self) {
         self.end_task();
         self.saved_map = None;
@@ -209,7 +209,7 @@ impl Live {
         self.begin_with(figures);
     }
 
-    /// Where the robot is, for others who have its odometry too; `None` before it said anything.
+    /// Where the robot is, for others who have its odometry too; `None` before its first reading.
     #[must_use]
     pub fn pose(&self) -> Option<PoseBody> {
         let state = pose_state::of(self.session.slam());
@@ -219,7 +219,7 @@ impl Live {
 
     /// Takes one binary message of the bridge that came at `now`.
     ///
-    /// # Errors    [`ClientError`]: the connection is of no use any more; map and pose are kept.
+    /// # Errors    [`ClientError`]: the connection is unusable from here on; map and pose are kept.
     pub fn receive(&mut self, now: u64, bytes: &[u8]) -> Result<(), ClientError> {
         let was_armed = self.client.is_armed();
         let (header, message) = self.client.receive(now, bytes)?;
@@ -305,7 +305,7 @@ impl Live {
         self.begun += 1;
     }
 
-    /// Hands on what the timeline lets through.
+    /// Hands on the readings that the timeline lets through.
     fn feed(&mut self, readings: Vec<Reading>) {
         for reading in readings {
             let taken = match reading {
@@ -352,7 +352,7 @@ impl Live {
             RefusalReason::TooOld | RefusalReason::FromTheFuture => {
                 "A command came too late and was left out: the network is slow"
             }
-            // The bridge has said by then why the lease or the arming ended.
+            // The bridge has already said why the lease or the arming ended.
             _ => return,
         };
         self.note(Severity::Warning, text.to_owned());
@@ -362,8 +362,8 @@ impl Live {
         self.notes.push(Note { severity, text });
     }
 
-    /// Nothing is under way any more, an arming that waits for its lease neither: it would come
-    /// after the Stop.
+    /// Ends whatever is under way, an arming that waits for its lease included: it would come after
+    /// the Stop.
     fn end_task(&mut self) {
         self.wants_to_arm = false;
         self.session.stop();
@@ -387,32 +387,33 @@ impl Live {
         Ok(())
     }
 
-    /// What to send; a robot that stands is commanded to only once, for the lease is kept without.
+    /// The command to send, if any. A robot that is to stand is told so only once: heartbeats keep
+    /// the lease.
     fn decide(&mut self) -> Option<Command> {
         let command = self.session.decide(self.bumpers, self.client.is_busy())?;
         if command == Command::Scan && !self.waits_for_command() {
-            // Its sensor scans all the time: the next scan is the one that was asked for.
+            // The sensor scans all the time: the next scan serves as the one that was asked for.
             return None;
         }
         let was_halted = std::mem::replace(&mut self.is_halted, command == Command::Stop);
         (!(was_halted && self.is_halted)).then_some(command)
     }
 
-    /// Messages to send, in order; they are forgotten here.
+    /// Messages to send, in order; taking them empties the list.
     pub fn take_outgoing(&mut self) -> Vec<Vec<u8>> {
         self.client.take_outgoing()
     }
 
-    /// What a person should read, in order; it is forgotten here.
+    /// What a person should read, in order; taking it empties the list.
     pub fn take_notes(&mut self) -> Vec<Note> {
         std::mem::take(&mut self.notes)
     }
 
     /// Asks for the lease, with `force` also from another client, and arms the robot with it,
-    /// unless the emergency stop is latched: then only the lease is taken, to undo it.
+    /// unless the emergency stop is latched: then only the lease is taken, to reset it.
     pub fn take_lease(&mut self, now: u64, force: bool) {
         if !self.client.is_armed() {
-            // A task that was chosen while the robot was disarmed must not begin by itself.
+            // A task that was chosen while the robot was disarmed must not start by itself.
             self.end_task();
         }
         if self.client.has_lease() {
@@ -430,14 +431,14 @@ impl Live {
         self.client.release(now);
     }
 
-    /// Gives the robot something else to do. It moves while armed only.
+    /// Gives the robot another task. It moves only while armed.
     pub fn set_mode(&mut self, mode: Mode) {
         self.choose_driving(mode);
         self.session.set_mode(mode);
         self.client.give_up_manoeuvre();
     }
 
-    /// By hand, with these parts of the robot's highest speeds, -1 to 1.
+    /// Drives by hand, with fractions of the robot's highest speeds, -1 to 1.
     pub fn drive(&mut self, forward: f64, turn: f64) {
         let robot = self.session.robot();
         let (forward, turn) = (forward * robot.max_speed, turn * robot.max_turn_rate);
@@ -454,8 +455,8 @@ impl Live {
         self.client.give_up_manoeuvre();
     }
 
-    /// By the cycle or continuously. By hand always continuously where the sensor allows it: what
-    /// stands in the way is seen at once then, and a sensor that falls silent is noticed.
+    /// Chooses between the cycle and continuous driving. By hand always continuous if the sensor
+    /// allows it: obstacles are then seen at once, and a sensor that falls silent is noticed.
     fn choose_driving(&mut self, mode: Mode) {
         let by_cycle = self.config.cycle && mode != Mode::Manual;
         let on_command = self.waits_for_command() || by_cycle;
@@ -464,7 +465,7 @@ impl Live {
         }
     }
 
-    /// The settings of the robot that is there, before any change.
+    /// The settings of the present robot, before any change.
     #[must_use]
     pub fn defaults(&self) -> Settings {
         Settings::of_robot(self.session.robot(), self.waits_for_command())
@@ -493,7 +494,7 @@ impl Live {
         self.client.reset_map(now);
     }
 
-    /// Says where in the bridge's own map the robot may be; without zones, everywhere.
+    /// Tells the bridge where in its own map the robot may be; without zones, everywhere.
     ///
     /// # Errors    [`GeofenceError`]; nothing is sent then.
     pub fn set_geofence(&mut self, now: u64, zones: Vec<ZoneBody>) -> Result<(), GeofenceError> {
@@ -507,10 +508,10 @@ impl Live {
         self.client.reset_emergency_stop(now);
     }
 
-    /// Other settings than the defaults from here on, for this robot and for those that the bridge
-    /// may name later; see [`Session::reconfigure`].
+    /// Uses these settings instead of the defaults from here on, for this robot and for those that
+    /// the bridge may name later; see [`Session::reconfigure`].
     ///
-    /// # Errors    [`LiveError`] naming the first setting that cannot be; then the old ones stay.
+    /// # Errors    [`LiveError`] naming the first setting that is refused; then the old ones stay.
     pub fn reconfigure(&mut self, changes: Vec<(String, f64)>) -> Result<(), LiveError> {
         let (method, on_command) = (self.session.slam().method(), self.waits_for_command());
         let settings = settings_of(self.session.robot(), on_command, method, &changes)?;
@@ -524,7 +525,7 @@ impl Live {
         self.session.draw_dead_reckoned();
     }
 
-    /// A twin with this calibration runs beside the robot from here on, or no longer.
+    /// Runs a twin with this calibration beside the robot from here on; `None` ends it.
     pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
         self.session.set_twin(calibration);
     }
@@ -545,8 +546,8 @@ fn settings_of(
     Ok(settings)
 }
 
-/// The session with the robot that the bridge named, if it named one, and why it has another method
-/// than was asked for.
+/// The session with the robot that the bridge named, if it named one, and the reason if its method
+/// is not the one that was asked for.
 fn session_for(
     config: &LiveConfig,
     figures: Option<&RobotFigures>,
@@ -556,12 +557,13 @@ fn session_for(
     let robot = robot.unwrap_or_else(RobotModel::pioneer);
     let (method, instead) = match (figures, config.method, &config.prior_map) {
         (None, Method::ScanMatching, _) => (Method::ScanMatching, None),
-        // Without wheels, lines alone do not tell how far along a corridor the sensor was carried.
+        // Without wheel odometry, lines alone do not tell how far along a corridor the sensor was
+        // carried.
         (None, ..) => (
             Method::ScanMatching,
             Some("The bridge has no robot: what its sensor sees is mapped by scan matching"),
         ),
-        // The map that a bridge has is shown, and not localised in.
+        // The map of the bridge is only shown; the robot is not localised in it.
         (Some(_), method, None) if method.needs_prior_map() => (
             Method::LineEkf,
             Some("No map was given to find the robot in: the line filter draws one"),

@@ -1,19 +1,18 @@
 //! A recorded log as the source of a [`Session`]: the same SLAM that drives a robot.
 //!
-//! In: a [`Log`]: of CARMEN, of the bridge, of a rover, of four rangers or of a lidar alone. Out:
-//! scan by scan, the pose, the trajectory and the map.
+//! In: a [`Log`]: from CARMEN, a bridge, a rover, four rangers or a lidar alone. Out: after each
+//! scan, the pose, the trajectory and the map.
 //!
 //! 1. A CARMEN log holds odometry in each laser message. It is turned into motions between scans,
 //!    with the noise of a Pioneer.
-//! 2. A recording holds what the bridge heard. It goes through the timeline that a live robot goes
-//!    through ([`crate::wire::timeline`]), so that a recorded drive is mapped as it would have been
-//!    live.
-//! 3. A rover's log holds counts of encoders. What one is worth, and how far apart the tracks are,
-//!    are settings ([`crate::settings::LogSettings`]); so is whether odometry is used at all.
-//! 4. A log of revolutions holds neither odometry nor time: it is mapped as that of a carried
+//! 2. A recording holds what the bridge heard. It goes through the same timeline as a live robot
+//!    ([`crate::wire::timeline`]), so a recorded drive is mapped as it would have been live.
+//! 3. A rover's log holds counts of encoders. The distance per count, the track width, and whether
+//!    odometry is used at all are settings ([`crate::settings::LogSettings`]).
+//! 4. A log of revolutions holds neither odometry nor time: it is mapped as the log of a carried
 //!    sensor, at a rate that is a setting.
-//! 5. Poses from another file, on the clock of the log, take the place of its odometry
-//!    ([`PosedLog`]), or are what the run is held against ([`Replay::set_truth`]).
+//! 5. Poses from another file, on the clock of the log, either replace its odometry ([`PosedLog`]),
+//!    or are the truth with which the run is compared ([`Replay::set_truth`]).
 
 mod feed;
 mod log;
@@ -51,7 +50,8 @@ pub use reader::{LogError, LogReader};
 pub use ros::{ImportError, Imported, Offered, RosChoice, RosOffer, import_ros};
 pub use truth::{PoseError, TruthErrors};
 
-/// Motion between two scans that counts as none, m and rad: less than what logs are rounded to.
+/// Motion between two scans below which the sensor counts as standing, m and rad: less than the
+/// rounding of logs.
 const STILL: f64 = 1e-4;
 
 /// Why a log cannot be replayed.
@@ -61,12 +61,12 @@ pub enum ReplayError {
     /// A setting of the estimation.
     #[error(transparent)]
     Slam(#[from] SlamError),
-    /// Without odometry nothing is found in a prior map.
+    /// Without odometry the robot cannot be localised in a prior map.
     #[error(
         "this recording has no odometry, or it is not to be used: without it nothing can be found in a prior map; choose scan-matching"
     )]
     NoOdometry,
-    /// Something was done to the map that does not stand in the recording.
+    /// The map was changed in a way that the recording does not contain.
     #[error("{0}: from its beginning the recording would not come to the same map")]
     Untold(&'static str),
 }
@@ -77,23 +77,23 @@ const CHANGED: &str = "the map was changed by hand";
 #[derive(Debug)]
 pub struct Replay {
     log: Arc<Log>,
-    /// What it was asked for, the last settings among it.
+    /// The method that was asked for, and with it the latest settings.
     method: Method,
     settings: Settings,
     /// Why it cannot begin again, if it cannot.
     untold: Option<&'static str>,
     feed: Feed,
-    /// As the replay began.
+    /// The settings of the log with which the replay began.
     figures: LogSettings,
     first: Option<Stamp>,
-    /// Stamp and log's odometry of the scan taken last.
+    /// Stamp and log odometry of the last scan taken.
     last: Option<(Stamp, Pose2)>,
-    /// Of each scan that was used, as many as the trajectory has poses.
+    /// One for each scan that was used, as many as the trajectory has poses.
     used: Vec<Used>,
-    /// Stamps and times of scans of earlier runs, rising, where it goes on in their map.
+    /// Stamps and times of scans of earlier runs, ascending, if it goes on in their map.
     earlier: Vec<(Stamp, f64)>,
     notes: Vec<String>,
-    /// What it is held against.
+    /// The poses with which the run is compared.
     truth: Option<Truth>,
     session: Session,
 }
@@ -112,8 +112,8 @@ impl Replay {
     /// mapped by scan matching, whatever the method: lines alone do not tell how far along a
     /// corridor a sensor was carried.
     ///
-    /// # Errors   [`ReplayError`]: a setting out of range, a prior map for a log that cannot be
-    /// found in one, or none where the method needs one.
+    /// # Errors   [`ReplayError`]: a setting out of range, a method that needs a prior map, for a
+    /// log without odometry, or without a prior map.
     pub fn new(
         log: impl Into<Log>,
         method: Method,
@@ -124,8 +124,8 @@ impl Replay {
 
     /// The same recording from its beginning, with the settings that hold now.
     ///
-    /// # Errors   [`ReplayError`]: as of [`Self::new`], or the map was not made by the recording
-    /// alone.
+    /// # Errors   [`ReplayError`]: as for [`Self::new`], or the map does not come from the
+    /// recording alone.
     pub fn again(&self) -> Result<Self, ReplayError> {
         match self.untold {
             Some(what) => Err(ReplayError::Untold(what)),
@@ -140,10 +140,10 @@ impl Replay {
         }
     }
 
-    /// Holds the run against poses that are true, on the clock of the log; before the first scan.
-    /// Answers with a sentence on what they do not tell.
+    /// Compares the run with poses that are taken as true, on the clock of the log; before the
+    /// first scan. Returns a sentence on the scans that they do not cover.
     ///
-    /// # Errors    [`PosesMisfit`]: they are those of another log.
+    /// # Errors    [`PosesMisfit`]: the poses belong to another log.
     pub fn set_truth(&mut self, track: PoseTrack) -> Result<Option<String>, PosesMisfit> {
         let coverage = track.coverage(&scan_times(&self.log, &self.figures))?;
         self.truth = Some(Truth::new(track));
@@ -197,7 +197,7 @@ impl Replay {
         })
     }
 
-    /// Other settings from the next scan on; see [`Session::reconfigure`].
+    /// Uses other settings from the next scan on; see [`Session::reconfigure`].
     ///
     /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
     pub fn reconfigure(&mut self, settings: &Settings) -> Result<(), SlamError> {
@@ -211,15 +211,14 @@ impl Replay {
         self.session.draw_dead_reckoned();
     }
 
-    /// A twin with this calibration runs beside the robot from here on, or no longer.
+    /// Runs a twin with this calibration beside the robot from here on; `None` ends it.
     pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
         self.session.set_twin(calibration);
     }
 
-    /// Takes the next scan; `false` when there is none left, and then all work that was put off is
-    /// done.
+    /// Takes the next scan; `false` when none is left, and then all postponed work is done.
     ///
-    /// # Errors   [`SlamError`] for a scan that cannot be used; it is passed over by the next call.
+    /// # Errors   [`SlamError`] for a scan that cannot be used; the next call skips it.
     pub fn step(&mut self) -> Result<bool, SlamError> {
         let step = self.feed.next(&self.log, self.session.robot());
         self.notes.append(&mut self.feed.notes);
@@ -263,26 +262,26 @@ impl Replay {
         self.session.scan(&step.scan)
     }
 
-    /// The part that is done, 0 to 1.
+    /// The fraction that is done, 0 to 1.
     #[must_use]
     pub fn progress(&self) -> f64 {
         self.feed.progress(&self.log)
     }
 
-    /// Messages of a recording taken so far, those that came with the last scan included; scans of
-    /// other logs.
+    /// How many messages of a recording were taken so far, those that came with the last scan
+    /// included; of other logs, how many scans.
     #[must_use]
     pub fn messages_done(&self) -> usize {
         self.feed.position()
     }
 
-    /// Where the odometry of the log itself puts the robot at the last scan.
+    /// The robot's pose at the last scan by the odometry of the log itself.
     #[must_use]
     pub fn odom_from_robot(&self) -> Pose2 {
         self.last.map_or_else(Pose2::identity, |(_, pose)| pose)
     }
 
-    /// From the first scan to the one taken last, s.
+    /// Time from the first scan to the last one taken, s.
     #[must_use]
     pub fn time(&self) -> f64 {
         let ends = self.first.zip(self.last);
@@ -295,7 +294,7 @@ impl Replay {
         self.used.first().map_or(0.0, |used| used.seconds)
     }
 
-    /// Seconds from the beginning of the log to its end.
+    /// Duration of the log, s.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.log.duration(&self.figures)
@@ -307,7 +306,7 @@ impl Replay {
         &self.log
     }
 
-    /// What is believed by now.
+    /// The session: what is believed by now.
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
@@ -318,13 +317,13 @@ impl Replay {
         self.notes.extend(notes);
     }
 
-    /// What a person should read: damage, and time that was missed; it is forgotten here.
+    /// What a person should read: damage, and gaps in time; taking it empties the list.
     pub fn take_notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }
 
-    /// Stretches of scans during which the odometry stood still, three scans or more; none without
-    /// odometry that is used, which never tells when a sensor stood.
+    /// Intervals of scans during which the odometry stood still, three scans or more; none if no
+    /// odometry is used, as only odometry tells when a sensor stood.
     #[must_use]
     pub fn standing_stretches(&self) -> Vec<Vec<Scan>> {
         let mut feed = Feed::of(&self.log, &self.figures);
@@ -349,7 +348,7 @@ impl Replay {
         stretches
     }
 
-    /// What the drive so far tells of the robot ([`Session::fit`]), and the whole log of its
+    /// What the drive so far tells about the robot ([`Session::fit`]), and the whole log about its
     /// sensor.
     #[must_use]
     pub fn fit(&self) -> DriveFit {
@@ -368,8 +367,8 @@ impl Replay {
     }
 
     /// The pose of the robot's base at each scan used so far, as known now, with the scan's time:
-    /// `ipc_timestamp` of a CARMEN log, `t_s` of one of rangers, the time since its begin of a
-    /// rover's and of one of revolutions, the robot's clock in a recording. Those of earlier runs
+    /// `ipc_timestamp` of a CARMEN log, `t_s` of a rangers' log, the time since the start of a
+    /// rover's log or a log of revolutions, the robot's clock in a recording. Poses of earlier runs
     /// in the same map come first.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
@@ -377,39 +376,39 @@ impl Replay {
         let times = self.times_of(&poses);
         let poses = poses.into_iter().map(|(_, pose)| pose);
         let mut poses: Vec<(f64, Pose2)> = times.into_iter().zip(poses).collect();
-        // Those of a log whose stamps run backwards.
+        // The stamps of some logs run backwards.
         poses.sort_by(|a, b| a.0.total_cmp(&b.0));
         poses
     }
 
     /// Where the robot truly is at the scan taken last, map frame; `None` without a truth, and
-    /// where that tells nothing.
+    /// where the truth does not cover the scan.
     #[must_use]
     pub fn truth(&self) -> Option<Pose2> {
         self.truth.as_ref()?.at(self.used.last()?.seconds)
     }
 
-    /// The same at each scan used so far.
+    /// The true pose at each scan used so far.
     pub fn truths(&self) -> impl Iterator<Item = Option<Pose2>> {
         let at = |used: &Used| self.truth.as_ref()?.at(used.seconds);
         self.used.iter().map(at)
     }
 
-    /// Where the frame of other poses on the clock of the log lies in the map: that by which they
-    /// come closest to the trajectory; `None` where they tell of fewer than two scans.
+    /// Where the frame of the true poses lies in the map: the transform that brings them closest to
+    /// the trajectory; `None` if they cover fewer than two scans.
     #[must_use]
     pub fn map_from_track(&self, track: &PoseTrack) -> Option<Pose2> {
         truth::aligned(track, &self.own_trajectory()).target_from_source()
     }
 
-    /// Errors of the whole trajectory as known now; `None` without a truth, and where it tells of
-    /// fewer than two scans.
+    /// Errors of the whole trajectory as known now; `None` without a truth, and if it covers fewer
+    /// than two scans.
     #[must_use]
     pub fn truth_errors(&self) -> Option<TruthErrors> {
         TruthErrors::of(&self.truth.as_ref()?.track, &self.own_trajectory())
     }
 
-    /// Without the poses of earlier runs, whose times are of other logs.
+    /// The trajectory without the poses of earlier runs, whose times are of other logs.
     fn own_trajectory(&self) -> Vec<(f64, Pose2)> {
         let poses = self.session.slam().whole_trajectory();
         let earlier = self.session.slam().earlier_scans();
@@ -418,7 +417,7 @@ impl Replay {
         times.zip(own.map(|(_, pose)| pose)).collect()
     }
 
-    /// Of each scan used so far its stamp, and its time as in [`Self::trajectory`], s.
+    /// The stamp of each scan used so far, and its time as in [`Self::trajectory`], s.
     pub fn scan_times(&self) -> impl Iterator<Item = (Stamp, f64)> {
         let poses = self.session.slam().whole_trajectory();
         let times = self.times_of(&poses);
@@ -439,7 +438,7 @@ impl Replay {
             .collect()
     }
 
-    /// The map to be gone on in by a later run; `None` of methods other than scan matching.
+    /// The map in which a later run can go on; `None` for methods other than scan matching.
     #[must_use]
     pub fn saved_map(&self) -> Option<SavedMap> {
         let mut times: Vec<(Stamp, f64)> = self.scan_times().collect();
@@ -450,7 +449,7 @@ impl Replay {
 
     /// Goes on in a saved map, before the first scan.
     ///
-    /// # Errors    [`SlamError`]; then all stays as it was.
+    /// # Errors    [`SlamError`]; then nothing changes.
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
         let earlier = saved.map.times.clone();
         self.session.go_on_in(saved)?;
@@ -461,42 +460,41 @@ impl Replay {
 
     /// Changes the map by hand; see [`crate::slam::Slam::edit`].
     ///
-    /// # Errors    [`SlamError`]; then it stays as it was.
+    /// # Errors    [`SlamError`]; then the map does not change.
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
         self.session.edit(kind, corners)?;
         self.untold = Some(CHANGED);
         Ok(())
     }
 
-    /// Takes back the last change that was made by hand; `false` where there is none.
+    /// Takes back the last change that was made by hand; `false` if there is none.
     pub fn undo_edit(&mut self) -> bool {
         self.session.undo_edit()
     }
 
     /// Takes a submap out of the map; see [`crate::slam::Slam::remove_submap`].
     ///
-    /// # Errors    [`SlamError`]; then the map stays as it was.
+    /// # Errors    [`SlamError`]; then the map does not change.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
         self.session.remove_submap(submap)?;
         self.untold = Some(CHANGED);
         Ok(())
     }
 
-    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
-    /// none that can come back.
+    /// Puts back the submap that was taken out last and returns its number; `None` if there is none
+    /// that can come back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.session.undo_removal()
     }
 
-    /// Passes over the next scans: they were taken by the run that this one goes on.
+    /// Skips the next scans: the run that this one continues has taken them already.
     pub fn skip(&mut self, scans: usize) {
         for _ in 0..scans {
             self.feed.next(&self.log, self.session.robot());
         }
     }
 
-    /// All scans of the log with their odometry, those too that were not taken yet, as a CARMEN
-    /// log.
+    /// All scans of the log with their odometry, including those not taken yet, as a CARMEN log.
     #[must_use]
     pub fn carmen_log(&self) -> CarmenLog {
         let others = match self.log.as_ref() {
@@ -511,7 +509,7 @@ impl Replay {
         log
     }
 
-    /// All scans of the log, those too that were not taken yet, as a log of revolutions.
+    /// All scans of the log, including those not taken yet, as a log of revolutions.
     #[must_use]
     pub fn revolution_log(&self) -> RevolutionLog {
         if let Log::Revolutions(log) = self.log.as_ref() {

@@ -1,16 +1,15 @@
-//! A simulated twin beside a real or a recorded robot: the same counts of the tracks, without
-//! chance.
+//! A simulated twin beside a real or a recorded robot: it gets the same track counts, without
+//! noise.
 //!
 //! In: the odometry as the robot counts it, and at each scan the pose that SLAM estimates, the
 //! points and the grid. Out: where a robot with the given figures would be, and how far that is
-//! from the estimate ([`TwinSample`]): position, heading, ranges, with what chance allows.
+//! from the estimate ([`TwinSample`]): position, heading and ranges, with their bounds of chance.
 //!
 //! 1. The twin begins where the robot is believed to be. Each motion moves it as
-//!    [`OdometryCalibration`] says: by the model that the simulated robot follows ([`crate::sim`]),
-//!    its chance left out. What chance does meanwhile grows as its covariance.
-//! 2. At each scan the ranges that the twin would measure are those to the first occupied cell of
-//!    the map in the direction of each beam. Cells are as large as they are: an exact twin still
-//!    differs by half a cell.
+//!    [`OdometryCalibration`] says: by the model of the simulated robot ([`crate::sim`]) without
+//!    its noise. The noise is accumulated in a covariance.
+//! 3. A twin that stays within three standard deviations has the robot's figures. One that leaves
+//!    them soon has the wrong ones: fit them ([`crate::estimation::OdometryFit`]).
 //! 3. A twin that stays within three standard deviations has the figures of the robot. One that
 //!    leaves them at once has not: fit them ([`crate::estimation::OdometryFit`]).
 
@@ -21,9 +20,9 @@ use crate::map::{CellState, Grid};
 use crate::points::{Beam, Points};
 use crate::robot::{Odometry, OdometryCalibration};
 
-/// One beam in so many is compared; neighbours say the same.
+/// One in this many beams is compared; neighbours say the same.
 const EVERY: usize = 5;
-/// Fewest beams that make a median.
+/// Fewest beams for a median.
 const LEAST_BEAMS: usize = 5;
 
 /// The twin and how far it is from the robot.
@@ -40,26 +39,26 @@ pub struct Twin {
 /// Twin and robot at one scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwinSample {
-    /// Of the robot's clock, s.
+    /// Time on the robot's clock, s.
     pub seconds: f64,
     /// Where the twin is, map frame.
     pub twin: Pose2,
-    /// Distance from the twin to where the robot is believed to be, m.
+    /// Distance from the twin to the robot's estimated position, m.
     pub position: f64,
-    /// Three standard deviations of it along its most uncertain direction: chance, and the
-    /// estimate's own doubt.
+    /// Three standard deviations of that distance along its most uncertain direction, from noise
+    /// and from the estimate's own covariance.
     pub position_sigma3: f64,
     /// From the twin's heading to the robot's, rad.
     pub heading: f64,
-    /// Three standard deviations of it.
+    /// Three standard deviations of that difference.
     pub heading_sigma3: f64,
-    /// Median of the differences between the ranges that were measured and those that the twin
-    /// would measure in the map, m, not negative; none where too few beams meet the map.
+    /// Median difference between the measured ranges and those that the twin would measure in the
+    /// map, m, not negative; `None` if too few beams meet the map.
     pub ranges: Option<f64>,
 }
 
 impl Twin {
-    /// A twin with these figures of a robot whose model says `track_width`, beginning at
+    /// A twin with these figures, of a robot whose model says `track_width`, beginning at
     /// `map_from_robot`.
     #[must_use]
     pub fn new(calibration: OdometryCalibration, track_width: f64, map_from_robot: Pose2) -> Self {
@@ -72,7 +71,7 @@ impl Twin {
         }
     }
 
-    /// Where it is, map frame.
+    /// Where the twin is, map frame.
     #[must_use]
     pub fn pose(&self) -> Pose2 {
         self.ran.map_or(self.begin, |ran| self.begin * ran.motion)
@@ -103,20 +102,21 @@ impl Twin {
         });
     }
 
-    /// One for each scan so far.
+    /// One sample for each scan so far.
     #[must_use]
     pub fn samples(&self) -> &[TwinSample] {
         &self.samples
     }
 }
 
-/// Median over the beams of how far the measured range is from the one at `map_from_twin`.
+/// Median over the beams of the difference between the measured range and the range at
+/// `map_from_twin`.
 fn median_off(points: &Points, grid: &Grid, map_from_twin: &Pose2) -> Option<f64> {
     let difference = |beam: &Beam| {
         let origin = *map_from_twin * beam.origin_in_robot;
         let towards = map_from_twin.rotate(beam.end_in_robot - beam.origin_in_robot);
         let bearing = libm::atan2(towards.y, towards.x);
-        // Something nearer by than a metre beyond what was measured is looked for; else the twin
+        // The search ends a metre beyond what was measured; anything farther means that the twin
         // sees another room.
         let range = range_in(grid, origin, bearing, beam.range + 1.0)?;
         Some((range - beam.range).abs())
@@ -127,7 +127,7 @@ fn median_off(points: &Points, grid: &Grid, map_from_twin: &Pose2) -> Option<f64
     (off.len() >= LEAST_BEAMS).then(|| off[off.len() / 2])
 }
 
-/// Distance to the first occupied cell, m, found at every half cell.
+/// Distance to the first occupied cell, m, searched in steps of half a cell.
 fn range_in(grid: &Grid, from: Point2<f64>, bearing: f64, farthest: f64) -> Option<f64> {
     let direction = unit_vector(bearing);
     let step = 0.5 * grid.resolution();
