@@ -18,7 +18,7 @@ use crate::plan::Path;
 use crate::points::Points;
 use crate::robot::Stamp;
 
-/// How far ahead on its way the robot looks  for a point to go to, m.
+/// How far ahead on its way the robot looks for a point to aim at, m.
 const AHEAD: f64 = 1.0;
 /// A robot that may use less than this fraction of the requested speed is held up; one that may use
 /// more than the next fraction is free again.
