@@ -55,7 +55,7 @@ pub struct Goal {
     pub bound: f64,
 }
 
-/// What a run is graded by; only a simulation knows it.
+/// The figure by which a run is graded; only a simulation knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
     /// Fraction of the reachable area that is known, 0 to 1.

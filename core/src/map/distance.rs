@@ -10,8 +10,8 @@
 //!
 //! Source: Felzenszwalb & Huttenlocher (2012), "Distance transforms of sampled functions",
 //! algorithm 1; step 1 as in Meijster, Roerdink & Hesselink (2000). Linear in the number of cells.
-//! Exact, unlike brushfire and chamfer distances, so that a door that is wide enough by a
-//! centimetre stays passable.
+//! Exact, unlike brushfire and chamfer distances, so a door that is wide enough by a centimetre
+//! stays passable.
 
 mod rows;
 

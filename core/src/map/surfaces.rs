@@ -15,8 +15,8 @@
 //! 4. A surface was seen only where a piece faces known free space. A wall that was seen from both
 //!    sides is two rows of cells with unknown cells between them: the back of one row looks like a
 //!    front, a wall's thickness behind the other front, and would attract what was seen there.
-//! 5. A line is fitted to each piece (total least squares): a front that is ragged by a cell is so
-//!    to either side.
+//! 5. A line is fitted to each piece (total least squares): a front that is ragged by a cell is
+//!    ragged to both sides equally.
 
 use nalgebra::{Point2, Vector2};
 

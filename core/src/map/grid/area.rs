@@ -36,7 +36,8 @@ impl Area {
                 continue;
             }
             self.fill(&ways[first..=at], grid);
-            // A fan that has come round would cover itself: the next one begins with its last way.
+            // A fan that goes all the way round would overlap itself: the next fan begins with its
+            // last way.
             (first, turned) = if is_joined(turn) {
                 (at, turn)
             } else {
