@@ -10,9 +10,8 @@
 //! 3. A goal that the robot is heading for stays the first unless that costs [`WORTH`] more than
 //!    the shortest tour: no dithering.
 //!
-//! So what remains near by is looked at before the robot goes far, since coming back for it would
-//! cost the way twice. What a frontier promises does not count: all of them are looked at in the
-//! end.
+//! So what remains nearby is visited before the robot goes far, since returning for it would cost
+//! the way twice. The gain of a frontier does not count: all of them are visited in the end.
 //!
 //! Ours; planning a tour over all frontiers is usual since Kulich, Faigl & Přeučil (2011), "On
 //! distance utility in the exploration task".
