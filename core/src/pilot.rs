@@ -3,8 +3,9 @@
 //! In: a [`Situation`] at every tick. Out: a [`Command`], or `None` where the robot should carry on
 //! with the last one.
 //!
-//! 1. By hand: the wished speeds, made safe.
 //! 1. By hand: the requested speeds, made safe.
+//! 2. Otherwise a goal: the one that was given, or the frontier that promises most for the length
+//!    of the way to it.
 //! 3. A way to it: straight, by trees, or over cells; shortened to straight legs. On the way to a
 //!    given goal, a robot that is not a disc may also take a way through which only its outline
 //!    fits; it is then kept safe by the outline. Everything else uses the disc around the robot.

@@ -8,10 +8,11 @@
 //! 1. The twin begins where the robot is believed to be. Each motion moves it as
 //!    [`OdometryCalibration`] says: by the model of the simulated robot ([`crate::sim`]) without
 //!    its noise. The noise is accumulated in a covariance.
+//! 2. At each scan the ranges that the twin would measure are the distances to the first occupied
+//!    cell of the map in the direction of each beam. Cells have a size: even an exact twin differs
+//!    by half a cell.
 //! 3. A twin that stays within three standard deviations has the robot's figures. One that leaves
-//!    them soon has the wrong ones: fit them ([`crate::estimation::OdometryFit`]).
-//! 3. A twin that stays within three standard deviations has the figures of the robot. One that
-//!    leaves them at once has not: fit them ([`crate::estimation::OdometryFit`]).
+//!    them at once does not: fit the figures ([`crate::estimation::OdometryFit`]).
 
 use nalgebra::{Matrix3, Point2};
 

@@ -5,10 +5,11 @@
 //!
 //! 1. Ways between goals are measured over the floor that the wavefront reached, in squares of
 //!    three by three cells: one wavefront from each goal.
+//! 2. A tour visits the [`MOST`] goals with the cheapest ways, and may end anywhere. It is exact:
+//!    Held & Karp (1962), "A dynamic programming approach to sequencing problems". Goals farther
+//!    away wait; later they will be near, or gone.
 //! 3. The goal that the robot is heading for stays first unless that costs [`WORTH`] more than the
 //!    shortest tour, so the robot does not dither.
-//! 3. A goal that the robot is heading for stays the first unless that costs [`WORTH`] more than
-//!    the shortest tour: no dithering.
 //!
 //! So what remains nearby is visited before the robot goes far, since returning for it would cost
 //! the way twice. The gain of a frontier does not count: all of them are visited in the end.

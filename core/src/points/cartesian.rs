@@ -1,8 +1,8 @@
 //! In: a [`Scan`] and the motion during its sweep. Out: [`Points`] in the robot frame at the scan's
 //! stamp.
 //!
-//! 1. Invalid beams and those outside the range gate are dropped; no-returns are kept, they say
-//!    what is free.
+//! 1. Invalid beams and those outside the range gate are dropped; beams without a return are kept,
+//!    because they show what is free.
 //! 2. Each beam is moved by the motion that followed it, so that a moving robot's scan is not
 //!    skewed: from recent odometry ([`Points::from_rolling_scan`]) if it is available, otherwise
 //!    assuming constant speed and turn rate during the sweep ([`Points::from_scan`]).

@@ -9,8 +9,8 @@ use nalgebra::Vector2;
 
 use super::Points;
 
-/// The expected distance of neighbouring points on a surface perpendicular to the beam: k(ρ) = a ρ
-/// + b.
+/// The expected distance k(ρ) = a ρ + b of neighbouring points on a surface perpendicular to the
+/// beam.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpacingModel {
     /// m per m of range; for an ideal sensor this is the step in bearing, rad.
