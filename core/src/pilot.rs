@@ -1,6 +1,6 @@
 //! Decisions: from a map and a pose to commands.
 //!
-//! In: a [`Situation`] at every tick. Out: a [`Command`], or `None` where the robot should carry on
+//! In: a [`Situation`] at every tick. Out: a [`Command`], or `None` if the robot should carry on
 //! with the last one.
 //!
 //! 1. By hand: the requested speeds, made safe.
@@ -20,7 +20,7 @@
 //!
 //! 7. A robot whose position has become so uncertain that the map cannot guide it stands, and
 //!    reports that it is lost.
-//! 8. Ways and frontiers lie within the geofence, where there is one.
+//! 8. Ways and frontiers lie within the geofence, if there is one.
 //!
 //! Planning happens on these events only, never at the rate of the ticks.
 

@@ -381,8 +381,8 @@ impl Replay {
         poses
     }
 
-    /// Where the robot truly is at the scan taken last, map frame; `None` without a truth, and
-    /// where the truth does not cover the scan.
+    /// Where the robot truly is at the scan taken last, map frame; `None` without a truth, and if
+    /// the truth does not cover the scan.
     #[must_use]
     pub fn truth(&self) -> Option<Pose2> {
         self.truth.as_ref()?.at(self.used.last()?.seconds)

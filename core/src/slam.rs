@@ -80,7 +80,7 @@ pub enum SlamError {
     /// A saved map for a method that cannot go on in one.
     #[error("only scan matching goes on in a saved map")]
     NoSavedMap,
-    /// A change by hand of a map that the method does not keep itself.
+    /// A change by hand, but the map of the method cannot be edited.
     #[error("only the map of scan matching can be changed by hand")]
     NoEdits,
     /// A change by hand that is refused.

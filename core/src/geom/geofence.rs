@@ -24,7 +24,7 @@ use super::{Length, Pose2, Segment, ring_holds, sides_of};
 pub const MOST_ZONES: usize = 8;
 /// Most corners of a zone.
 pub const MOST_CORNERS: usize = 32;
-/// Greatest coordinate, m.
+/// Greatest absolute coordinate, m.
 const FARTHEST: f64 = 1e5;
 /// Least distance between two consecutive corners, m.
 const SHORTEST: f64 = 0.01;

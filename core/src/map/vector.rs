@@ -200,7 +200,7 @@ impl Sighting {
             && self.seen.length() <= LONGEST
     }
 
-    /// From where the sensor was on the left to the other end.
+    /// The piece directed so that the sensor was on its left.
     fn ordered(&self) -> Segment {
         let Segment { a, b } = self.seen;
         if (b - a).perp(&(self.from - a)) >= 0.0 {

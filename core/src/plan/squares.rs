@@ -5,7 +5,7 @@
 //!
 //! 1. A square is open if any part of it may be free. The room changes by no more than the distance
 //!    moved, so within a square by half a diagonal at most.
-//! 2. Squares that touch, even at a corner, hang together if both are open.
+//! 2. Squares that touch, even at a corner, are connected if both are open.
 //! 3. The floods from two places take turns: if either of them has nowhere to go before they meet,
 //!    no path joins the places, and a place that is walled in is soon found out.
 

@@ -1,8 +1,7 @@
 //! What is drawn for a method without a map of its own.
 //!
 //! A robot that is lost in its prior map needs a map to drive by, but what it then draws must not
-//! get into the prior map's grid. So it draws a second grid, which is dropped when the robot is
-//! found.
+//! get into the main grid. So it draws a second grid, which is dropped when the robot is found.
 
 use crate::estimation::{Localisation, PoseQuality};
 use crate::map::{Grid, GridConfig, GridError};

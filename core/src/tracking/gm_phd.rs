@@ -259,7 +259,8 @@ mod tests {
     }
 
     /// Mean number of objects, expected and extracted, of five that walk straight on in an area of
-    /// 20 by 20 m, seen nine times in ten amid eight false sightings a scan, as the filter is told.
+    /// 20 by 20 m, seen nine times in ten amid eight false sightings a scan, with the filter set to
+    /// these figures.
     fn counted(tells_births: bool) -> [f64; 2] {
         const SIDE: f64 = 20.0;
         const FALSE: f64 = 8.0;
