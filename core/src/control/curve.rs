@@ -8,10 +8,10 @@
 //!    turn towards its beginning.
 //! 2. The robot's place on the run is the nearest point a little ahead of its last place: it never
 //!    jumps to another part of the run that passes nearby.
-//! 3. The robot aims at a point ahead on the run by a circle: turn rate 2 v sin(error) / distance
-//!    (pure pursuit, Coulter 1992). The faster the robot may go there, the farther ahead the point
-//!    is, because the turn rate takes time to change: with a point too near the robot would
-//!    oscillate more and more. In arcs it is nearer, so the robot does not cut them.
+//! 3. The robot aims along a circle at a point ahead on the run: turn rate 2 v sin(error) /
+//!    distance (pure pursuit, Coulter 1992). The faster the robot may go there, the farther ahead
+//!    the point is, because the turn rate takes time to change: with a point too near the robot
+//!    would oscillate more and more. In arcs it is nearer, so the robot does not cut them.
 //! 4. The speed is limited so that the turn rate of every arc ahead can be driven, braking for it
 //!    in time; and it ends in a braking curve as for straight legs.
 

@@ -5,10 +5,10 @@
 //!
 //! 1. The axis along which the line is longer is called along, the other one across; the line is
 //!    taken in the direction in which along grows.
-//! 2. At the k-th border between slices the line is at u₁ + k s along, where s = |Δu / Δv| ≥ 1 is
-//!    its slope and u₁ its place at the first border. Places are fixed-point numbers with
-//!    [`FRACTION`] binary digits after the point: each slice costs one addition, and a shift that
-//!    gives the cell.
+//! 2. At border k between slices, counted from 0, the line is at u₁ + k s along, where s = |Δu /
+//!    Δv| ≥ 1 is its slope and u₁ its place at the first border. Places are fixed-point numbers
+//!    with [`FRACTION`] binary digits after the point: each slice costs one addition, and a shift
+//!    that gives the cell.
 //! 3. [`CellLine::crossed`]: both slices beside a border contain the cell at that place, so every
 //!    cell is there that the line enters.
 //! 4. [`CellLine::bresenham`]: along the longer axis every column (or row) has one cell, whose
