@@ -5,8 +5,8 @@
 //! A lesson is an experiment in a [`Link`]. Some of its settings are the fault in the world itself,
 //! such as a track that travels farther than it counts: those must stay as they are
 //! ([`Lesson::given`]). All others may be changed, and the method too if the lesson allows it. A
-//! run is graded when its errand is over or its time is up, whichever comes first: a run that never
-//! ends without a fix fails too.
+//! run is graded when its errand is over or its time is up, whichever comes first: so a run that
+//! never ends because it was not fixed fails too.
 
 mod catalogue;
 mod grade;

@@ -3,7 +3,7 @@
 //! In: the requested speeds, the last scan's points, the robot's actual speeds. Out: speeds that
 //! stop before contact.
 //!
-//! 1. The points are moved into the robot's present frame by odometry.
+//! 1. The points are moved into the robot's current frame by odometry.
 //! 2. The robot's disc is swept ([`super::strip`]) along the arc of the requested speeds, of the
 //!    commanded speeds and of the actual speeds, and straight on: the turn rate takes a second to
 //!    change, and the true motion is somewhere between them. The first point that it would touch

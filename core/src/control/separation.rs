@@ -1,4 +1,4 @@
-//! Keeping apart from people: the robot drives no faster than lets it stop before a walker can be
+//! Keeping apart from people: the robot drives only so fast that it can stop before a walker can be
 //! in its way.
 //!
 //! In: speeds that are safe among things that stand still, and the points of walkers

@@ -4,8 +4,8 @@
 //!
 //! 1. The exact distance transform ([`DistanceField`]) of the cells that walls run through, from
 //!    cell centre to cell centre.
-//! 2. Near a wall that is wrong by up to half a cell, so cells there take the distance of their
-//!    centre from the wall itself.
+//! 2. Near a wall these distances are wrong by up to half a cell, so cells there take the distance
+//!    of their centre from the wall itself.
 //! 3. A ray advances by the distance to the nearest wall, within which it can meet none (sphere
 //!    tracing: Hart 1996).
 

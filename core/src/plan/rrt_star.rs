@@ -6,8 +6,8 @@
 //! Before there is a path, two trees grow as in RRT-Connect; their path, shortened, is the first
 //! branch (unless `is_seeded` is false). Then, an iteration:
 //! 1. Draw a point. Once there is a path of length c, Informed RRT* draws from the ellipse of all
-//!    points over which a way of length at most c can lead; its foci are start and goal. Other
-//!    points are dropped.
+//!    points over which a way of length at most c can lead; its foci are start and goal. Points
+//!    over which no such way can lead are dropped.
 //! 2. Extend from the nearest vertex towards the point, by at most `range`; drop it if that leg is
 //!    blocked.
 //! 3. The parent of the new vertex is the nearby vertex that gives it the shortest way from the

@@ -7,15 +7,15 @@
 //!    their scatter).
 //! 3. Points whose neighbours do not form a line are dropped: a meaningless surface direction would
 //!    pull a match anywhere.
-//! 4. A point is moved onto its line, which removes its own noise.
+//! 4. A point is moved onto its line, away from where its own noise put it.
 //! 5. Points nearer than [`SPACING`] to the last one kept are dropped: otherwise close walls, seen
 //!    by many beams, would outvote far ones. The distance along the surface is counted in beams. If
 //!    it were measured from point to point, noise would select: of a wall ahead the points that
 //!    came out too near, of the same wall behind those too far, and a robot that passes it would
 //!    turn by 0.0008 rad per metre.
 //!
-//! Scans of few beams have no neighbours on one surface. When they are gathered along the way they
-//! have ([`oriented_cloud`]), but in no order: there, neighbours are points that lie near.
+//! A single scan of few beams has no neighbours on one surface. Several of them gathered along the
+//! way have ([`oriented_cloud`]), but in no order: there, neighbours are points that lie near.
 //!
 //! Why surface directions: point-to-line matching converges in a third of the iterations of
 //! point-to-point matching, and lets the point slide along a wall, which is a direction that no

@@ -5,8 +5,8 @@
 //!    both, belongs to somebody who came.
 //! 2. They stay where they were seen for [`KEPT_FOR`], or until the next scan.
 //!
-//! One reading is enough: a false one costs only a sweep, and the next partial scan comes only
-//! after a walker has moved half a metre.
+//! One reading is enough: a false one costs only a sweep, and by the next partial scan a walker has
+//! moved half a metre.
 
 use nalgebra::Point2;
 
