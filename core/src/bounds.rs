@@ -1,9 +1,10 @@
-//! What a figure of a configuration may be, said once: a configuration's `validate` and the table
-//! of settings take it from the same constant. And what it is by default, said where it stands.
+//! Bounds of the values in a configuration, each defined once: the configuration's `validate` and
+//! the table of settings use the same constant. The `config!` macro puts each default beside its
+//! field.
 
 use std::fmt;
 
-/// Smallest and largest value of a figure, both inclusive.
+/// Smallest and largest allowed value, both inclusive.
 pub type Bounds = [f64; 2];
 
 /// Any finite number that is not negative.
@@ -12,10 +13,10 @@ pub const NOT_NEGATIVE: Bounds = [0.0, f64::MAX];
 pub const POSITIVE: Bounds = [f64::MIN_POSITIVE, f64::MAX];
 /// Any finite number.
 pub const FINITE: Bounds = [f64::MIN, f64::MAX];
-/// A part of a whole, or a probability.
+/// A fraction of a whole, or a probability.
 pub const PART: Bounds = [0.0, 1.0];
 
-/// A configuration whose fields stand with their defaults, as `name: type = value`.
+/// A configuration whose fields are written with their defaults, as `name: type = value`.
 macro_rules! config {
     (
         $(#[$attribute:meta])*
@@ -37,14 +38,14 @@ macro_rules! config {
 }
 pub(crate) use config;
 
-/// A figure outside of its bounds.
+/// A value outside its bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutOfBounds {
     /// Its name in the configuration.
     pub figure: &'static str,
-    /// What it is.
+    /// The value.
     pub value: f64,
-    /// What it may be.
+    /// The bounds.
     pub bounds: Bounds,
 }
 
@@ -62,9 +63,9 @@ impl fmt::Display for OutOfBounds {
 
 impl std::error::Error for OutOfBounds {}
 
-/// Checks figures, each with its name, value and bounds.
+/// Checks values, each with its name and bounds.
 ///
-/// # Errors    [`OutOfBounds`] for the first that is outside of its bounds, or NaN.
+/// # Errors    [`OutOfBounds`] for the first value outside its bounds, or NaN.
 pub fn check(figures: &[(&'static str, f64, Bounds)]) -> Result<(), OutOfBounds> {
     let outside = |(_, value, [least, most]): &&(_, f64, Bounds)| !(least..=most).contains(&value);
     match figures.iter().find(outside) {
@@ -77,8 +78,7 @@ pub fn check(figures: &[(&'static str, f64, Bounds)]) -> Result<(), OutOfBounds>
     }
 }
 
-/// A limit that may also be infinite, which stands for no limit: then the largest that it may be
-/// otherwise.
+/// A limit that may be infinite, which stands for no limit: then the largest allowed finite value.
 #[must_use]
 pub fn or_no_limit(value: f64, bounds: Bounds) -> f64 {
     if value == f64::INFINITY {

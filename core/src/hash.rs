@@ -1,4 +1,4 @@
-//! A fingerprint of state: equal bits, equal hash, natively and in the browser.
+//! A fingerprint of state: equal bits give equal hashes, natively and in the browser.
 
 use twox_hash::XxHash64;
 
@@ -9,7 +9,7 @@ use crate::geom::{Pose2, PoseEstimate};
 pub struct StateHash(XxHash64);
 
 impl StateHash {
-    /// The hash of nothing yet.
+    /// A hash of no input yet.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -20,7 +20,7 @@ impl StateHash {
         self.bytes(&value.to_le_bytes())
     }
 
-    /// Adds a number, by its bits: 0.0 and -0.0 differ, as they may in what follows from them.
+    /// Adds a number, by its bits: 0.0 and -0.0 differ, as results that follow from them may.
     pub fn number(&mut self, value: f64) -> &mut Self {
         self.integer(value.to_bits())
     }
@@ -51,15 +51,15 @@ impl StateHash {
         self
     }
 
-    /// The hash of all that was added.
+    /// The hash of everything added.
     #[must_use]
     pub fn finish(&self) -> u64 {
         std::hash::Hasher::finish(&self.0)
     }
 
     fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
-        // `Hasher::write` takes the bytes as they are; `write_u64` would depend on the machine's
-        // byte order.
+        // `Hasher::write` takes the bytes as given; `write_u64` would depend on the machine's byte
+        // order.
         std::hash::Hasher::write(&mut self.0, bytes);
         self
     }

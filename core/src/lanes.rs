@@ -1,12 +1,11 @@
-//! Four numbers worked on at a time, by the widest instructions of the machine.
+//! Works on four numbers at a time, with the widest instructions of the machine.
 //!
-//! 1. [`Lanes`] is what the sums need of four numbers. Each operation is that of IEEE 754, lane by
-//!    lane, rounded by itself (no fused multiply-add): the same bits on every machine.
+//! 1. [`Lanes`] is the set of operations on four numbers. Each is an IEEE 754 operation, rounded
+//!    lane by lane (no fused multiply-add): the same bits on every machine.
 //! 2. `wide::f64x4` is the form that every target has: two instructions of 128 bits where the
 //!    compiler knows of no wider ones, as in the browser and in the usual build for x86-64.
-//! 3. `Avx` is one instruction of 256 bits, for machines that turn out to have them when the
-//!    program runs.
-//! 4. A [`Kernel`] is a loop written once for both; [`run`] picks.
+//! 3. `Avx` is one instruction of 256 bits, for machines that are found at run time to have it.
+//! 4. A [`Kernel`] is a loop written once for both; [`run`] picks one.
 
 mod eight;
 
@@ -16,7 +15,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
 
 use wide::{f32x8, f64x4, i32x8};
 
-/// Numbers worked on at a time.
+/// How many numbers are worked on at a time.
 pub(crate) const LANES: usize = 4;
 
 /// Four numbers.
@@ -29,7 +28,7 @@ pub(crate) trait Lanes:
     + Mul<Output = Self>
     + Div<Output = Self>
 {
-    /// What shows that the machine has the instructions.
+    /// Proof that the machine has the instructions.
     type Machine: Copy;
 
     /// Eight numbers of single precision by the same instructions.
@@ -43,24 +42,24 @@ pub(crate) trait Lanes:
 
     fn to_array(self) -> [f64; LANES];
 
-    /// The last of the four before, then the first three of these.
+    /// The last number of `before`, then the first three of these.
     fn after(self, before: Self) -> Self;
 
     fn abs(self) -> Self;
 
     fn sqrt(self) -> Self;
 
-    /// The greater of two, which are numbers.
+    /// The greater of two, neither NaN.
     fn or_greater(self, other: Self) -> Self;
 
-    /// The lesser of two, which are numbers.
+    /// The lesser of two, neither NaN.
     fn or_lesser(self, other: Self) -> Self;
 
     /// `yes` where `self` is greater than `other`, else `no`.
     fn where_greater(self, other: Self, yes: Self, no: Self) -> Self;
 
-    /// Adds `by` to those of eight numbers whose bit is set, and lifts all to `least`. Tells which
-    /// are `least` then.
+    /// Adds `by` to those of eight numbers whose bit is set, and raises all to at least `least`.
+    /// Returns which equal `least` afterwards.
     fn add_where(
         machine: Self::Machine,
         numbers: &mut [f32; 8],
@@ -70,15 +69,15 @@ pub(crate) trait Lanes:
     ) -> u8;
 }
 
-/// Number of a lane of eight, as a bit.
+/// The bit of each of eight lanes.
 const EIGHT_BITS: [i32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 
-/// A loop over numbers by fours.
+/// A loop over numbers, four at a time.
 pub(crate) trait Kernel {
-    /// What comes out.
+    /// The result of the loop.
     type Output;
 
-    /// The loop itself; to be `#[inline(always)]`, or it is not compiled for the wider
+    /// The loop itself; it must be `#[inline(always)]`, or it is not compiled for the wider
     /// instructions.
     fn run<L: Lanes>(self, machine: L::Machine) -> Self::Output;
 }
@@ -93,7 +92,7 @@ pub(crate) fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<f64x4>(())
 }
 
-/// Runs what the compiler is to make wider by itself, with the widest instructions that the machine
+/// Runs code that the compiler vectorises by itself, with the widest instructions that the machine
 /// has.
 #[inline(always)]
 pub(crate) fn widened<F: pulp::NullaryFnOnce>(work: F) -> F::Output {
@@ -104,7 +103,7 @@ pub(crate) fn widened<F: pulp::NullaryFnOnce>(work: F) -> F::Output {
     }
 }
 
-/// The sum of the lanes, in one order for every machine.
+/// The sum of the lanes, added in the same order on every machine.
 #[inline(always)]
 pub(crate) fn total(lanes: impl Lanes) -> f64 {
     let [a, b, c, d] = lanes.to_array();
@@ -115,7 +114,7 @@ pub(crate) fn total(lanes: impl Lanes) -> f64 {
 #[inline(always)]
 pub(crate) fn greatest(lanes: impl Lanes) -> f64 {
     let [a, b, c, d] = lanes.to_array();
-    // `f64::max` also looks for NaN, of which there is none.
+    // `f64::max` also checks for NaN, of which there is none.
     let greater = |a: f64, b: f64| if a > b { a } else { b };
     greater(greater(a, b), greater(c, d))
 }
@@ -200,7 +199,7 @@ mod avx {
     use super::eight::EightOnAvx;
     use super::*;
 
-    /// Four numbers in a register of 256 bits, and the proof that the machine has such.
+    /// Four numbers in a register of 256 bits, and the proof that the machine has such registers.
     #[derive(Clone, Copy)]
     pub(super) struct Avx {
         lanes: f64x4,
@@ -241,7 +240,7 @@ mod avx {
 
         #[inline(always)]
         fn load(machine: V3, values: &[f64; LANES]) -> Self {
-            // Not field by field: that would become four instructions, and four in `to_array`.
+            // Not field by field: that would take four instructions, and four more in `to_array`.
             let lanes = pulp::cast(*values);
             Self { lanes, machine }
         }

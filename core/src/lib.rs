@@ -1,11 +1,10 @@
 //! slamlab's core: a small robot maps a building it has never seen, finds itself in it, plans and
 //! drives.
 //!
-//! The modules stand in the order in which data flows; each imports only from those above it, but
-//! for the stories that close the loop with the sources ([`experiment`], [`replay`], [`live`]), and
-//! `tests` holds that. There is no I/O, no clock, no thread, no global state and no
-//! operating-system randomness here: time is an argument, randomness is a seeded generator that the
-//! caller hands in.
+//! The modules stand in the order in which data flows. Each imports only from those above it,
+//! except the sources that close the loop ([`experiment`], [`replay`], [`live`]); a test checks
+//! this. There is no I/O, no clock, no thread, no global state and no operating-system randomness
+//! here: time is an argument, and randomness is a seeded generator that the caller passes in.
 //!
 //! # Conventions, everywhere
 //!

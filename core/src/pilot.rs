@@ -1,25 +1,25 @@
 //! Decisions: from a map and a pose to commands.
 //!
-//! In: a [`Situation`] at every tick. Out: a [`Command`], or `None` where the robot should carry on
+//! In: a [`Situation`] at every tick. Out: a [`Command`], or `None` if the robot should carry on
 //! with the last one.
 //!
-//! 1. By hand: the wished speeds, made safe.
-//! 2. Else a goal: the one that was given, or the frontier that promises most for its way.
-//! 3. A way to it: straight, by trees, or over cells; shortened to straight legs.
-//!    On the way to a goal that was given, a robot that is no disc may also take a way that only
-//!    its outline passes; it is then kept safe by the outline. All else is for the disc around it.
+//! 1. By hand: the requested speeds, made safe.
+//! 2. Otherwise a goal: the one that was given, or the frontier that promises most for the length
+//!    of the way to it.
+//! 3. A way to it: straight, by trees, or over cells; shortened to straight legs. On the way to a
+//!    given goal, a robot that is not a disc may also take a way through which only its outline
+//!    fits; it is then kept safe by the outline. Everything else uses the disc around the robot.
 //! 4. Continuous sensors: follow the legs by turn-and-go, or go around people by the dynamic
-//!    window, every speed made safe. The way is compared with the map twice a second, and planned
-//!    again when something stands in it or the frontier has vanished. A sensor on a servo: scan,
-//!    plan, one turn and one leg over what has been seen, again.
-//! 5. A robot that does not get on, or whose bumpers say that it stands against something no scan
-//!    shows, backs off, tries again, and in the end says that it is stuck.
-//! 6. While a continuous sensor is silent the robot stands and says so; it goes on with the next
+//!    window, every speed made safe. The way is checked against the map twice a second, and planned
+//!    again when something blocks it or the frontier has vanished. Sensors on a servo: scan, plan,
+//!    one turn and one leg over what has been seen, then again.
+//! 5. A robot that makes no progress, or whose bumpers report an obstacle that no scan shows, backs
+//!    off, tries again, and in the end reports that it is stuck.
+//! 6. While a continuous sensor is silent the robot stands and reports it; it goes on with the next
 //!    scan.
-//!
-//! 7. A robot whose place has become so unsure that the map cannot lead it stands, and says that it
-//!    is lost.
-//! 8. Ways and frontiers lie within the geofence, where there is one.
+//! 7. A robot whose position has become so uncertain that the map cannot guide it stands, and
+//!    reports that it is lost.
+//! 8. Ways and frontiers lie within the geofence, if there is one.
 //!
 //! Planning happens on these events only, never at the rate of the ticks.
 
@@ -62,30 +62,31 @@ pub struct Situation<'a> {
     pub stamp: Stamp,
     /// Where the robot is, map frame.
     pub estimate: &'a PoseEstimate,
-    /// How well the place is known in the map around it ([`crate::slam::Slam::known_in_map`]).
+    /// Covariance of the pose in the map around it ([`crate::slam::Slam::known_in_map`]).
     pub known_in_map: Matrix3<f64>,
     /// The map.
     pub grid: &'a Grid,
     /// The pose graph of a map that is made by one, map frame.
     pub graph: Option<&'a PoseGraph>,
-    /// What stands around, robot frame at the stamp of the last scan: its points, and what is too
-    /// near to be seen ([`crate::slam::Slam::obstacles`]).
+    /// What stands around the robot, robot frame at the stamp of the last scan: its points, and
+    /// what is too near to be seen ([`crate::slam::Slam::obstacles`]).
     pub points: Option<&'a Points>,
-    /// Those of the points that walk about ([`crate::slam::Slam::walkers`]).
+    /// Those of the points that belong to walkers ([`crate::slam::Slam::walkers`]).
     pub walkers: &'a [Point2<f64>],
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
     pub motion_since_scan: Pose2,
-    /// Whether the robot drives on however unsure its place is: the method itself looks for one
-    /// that is lost, and finds it as it drives; or it is odometry alone, which is there to be seen
-    /// to drift.
+    /// Whether the robot drives on however uncertain its pose is: either the method itself searches
+    /// for a lost robot, and finds it as it drives; or it is odometry alone, which is there to show
+    /// its drift.
     pub drives_unsure: bool,
-    /// How uncertain the heading has become since, rad ([`crate::slam::Slam::heading_drift`]).
+    /// How uncertain the heading has become since the last scan, rad
+    /// ([`crate::slam::Slam::heading_drift`]).
     pub heading_drift: f64,
-    /// How fast the robot runs by its odometry, m/s and rad/s ([`crate::slam::Slam::speeds`]).
+    /// The robot's speeds by its odometry, m/s and rad/s ([`crate::slam::Slam::speeds`]).
     pub speeds: Speeds,
     /// Which bumpers are pressed.
     pub bumpers: Bumpers,
-    /// Whether the robot is still at the last command (a turn, a leg, a sweep).
+    /// Whether the robot is still executing the last command (a turn, a leg, a sweep).
     pub robot_is_busy: bool,
     /// Whether the sensor scans only on command, the robot standing.
     pub scans_on_command: bool,
@@ -113,12 +114,12 @@ pub struct Pilot {
     doubt: lost::Doubt,
 }
 
-/// What safe mode leaves of speeds that are wished.
+/// What safe mode leaves of the requested speeds.
 #[derive(Clone, Copy, Debug)]
 struct Limited {
-    /// For what stands around, people included.
+    /// With regard to everything around, people included.
     among_things: Speeds,
-    /// And because people may walk on.
+    /// And also because people may walk on.
     among_people: Speeds,
 }
 
@@ -144,7 +145,7 @@ impl Pilot {
         }
     }
 
-    /// Begins a new errand; the old one is forgotten.
+    /// Begins a new errand and forgets the old one.
     pub fn set_mode(&mut self, mode: Mode) {
         self.mode = mode;
         self.status = Status::Idle;
@@ -155,7 +156,8 @@ impl Pilot {
     }
 
     /// Ways and frontiers lie within this fence from the next plan on; a way that leaves it is
-    /// given up at the next review. Whoever moves the motors must keep the robot within by himself.
+    /// given up at the next review. The pilot does not enforce the fence while driving: the code
+    /// that moves the motors must.
     pub fn set_fence(&mut self, fence: Geofence) {
         self.fence = fence;
     }
@@ -199,7 +201,7 @@ impl Pilot {
         &self.stages
     }
 
-    /// The same, for whoever does the stages of the scan, or steps through the record.
+    /// The same, for the code that does the stages of the scan, or steps through the record.
     pub(crate) fn stages_mut(&mut self) -> &mut StageRecord {
         &mut self.stages
     }
@@ -237,8 +239,8 @@ impl Pilot {
             return Command::Stop;
         }
         if self.errand.watch.idle_for(now.stamp, &now.estimate.pose) > self.config.patience {
-            // People go away, or become things that the next plan goes around: no reason to give a
-            // goal up. Of frontiers there are others.
+            // People go away, or become things that the next plan goes around: no reason to give up
+            // a goal. A frontier can be given up, since there are others.
             if self.has_one_goal() && people_are_near(now) {
                 self.errand.stuck = 0;
             }
@@ -262,12 +264,12 @@ impl Pilot {
         !matches!(self.mode, Mode::Manual) && !self.goes_for_frontiers()
     }
 
-    /// Whether it drives to what is unknown.
+    /// Whether it drives to frontiers.
     fn goes_for_frontiers(&self) -> bool {
         self.mode == Mode::Explore && !self.is_homeward() && !self.is_closing_loop()
     }
 
-    /// Whether all is explored, and the robot on its way back to where it began.
+    /// Whether everything is explored and the robot is on its way back to where it began.
     #[must_use]
     pub fn is_homeward(&self) -> bool {
         self.errand.homeward.is_some()
@@ -280,7 +282,7 @@ impl Pilot {
     }
 
     fn wait_for_scan(&mut self) -> Command {
-        // Waiting for eyes is no lack of progress.
+        // Standing for want of scans is no lack of progress.
         self.errand.watch.reset();
         let seconds = self.config.safe.stale_after;
         self.status = Status::Waiting(Failure::NoScan { seconds });
@@ -288,7 +290,7 @@ impl Pilot {
         Command::Stop
     }
 
-    /// The wished speeds, as far as the last scan and the bumpers allow; standing where a
+    /// The requested speeds, as far as the last scan and the bumpers allow; standing if a
     /// continuous sensor has fallen silent.
     fn safely(&mut self, wish: Speeds, now: &Situation, config: SafeConfig) -> Command {
         if self.is_blind(now) {
@@ -357,13 +359,13 @@ impl Pilot {
         self.errand.route.as_ref()
     }
 
-    /// Legs of the trees of the last plan.
+    /// Edges of the trees of the last plan.
     #[must_use]
     pub fn tree(&self) -> &[Segment] {
         &self.errand.tree
     }
 
-    /// Frontiers when they were last searched for, best first.
+    /// Frontiers as of the last search, best first.
     #[must_use]
     pub fn frontiers(&self) -> &[Frontier] {
         &self.errand.explorer.frontiers

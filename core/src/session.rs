@@ -1,5 +1,5 @@
 //! The whole loop on one robot, the same for every source: SLAM, pilot, and what people want to
-//! know of both.
+//! know about both.
 //!
 //! ```text
 //!                     ┌────────────────── Session ───────────────────┐
@@ -8,17 +8,17 @@
 //!                     └──────────────────────────────────────────────┘
 //! ```
 //!
-//! A source feeds it and hands it out by `session()`: [`crate::experiment::Experiment`] a simulated
-//! robot, [`crate::replay::Replay`] a recording, [`crate::live::Live`] a robot behind a bridge.
-//! What a source adds is its own (truth, progress, the right to drive); everything else is asked of
-//! the session.
+//! A source feeds it and gives access to it by `session()`: [`crate::experiment::Experiment`] for a
+//! simulated robot, [`crate::replay::Replay`] for a recording, [`crate::live::Live`] for a robot
+//! behind a bridge. The source itself has only what is its own (truth, progress, the right to
+//! drive); everything else is in the session.
 //!
 //! | verb | when |
 //! |---|---|
-//! | [`Session::odometry`] | the robot counted a motion, in order of time |
+//! | [`Session::odometry`] | the robot measured a motion, in order of time |
 //! | [`Session::scan`], [`Session::partial_scan`], [`Session::sonar_scan`] | a sensor measured, not later than the newest odometry |
 //! | [`Session::gap`] | time passed that nobody watched |
-//! | [`Session::decide`] | every control period, where the robot obeys: what to tell it, if anything |
+//! | [`Session::decide`] | every control period, if the robot can be commanded: what to tell it, if anything |
 //! | [`Session::set_mode`], [`Session::drive`], [`Session::stop`] | a person wants something else |
 //! | [`Session::reconfigure`] | a person changed settings: they hold from the next scan and decision on |
 //!
@@ -53,11 +53,11 @@ pub struct Session {
     pilot: Pilot,
     calibration: OdometryCalibration,
     twin: Option<Twin>,
-    /// What the tracks counted, for [`Session::fit`].
+    /// The tracks' counts, for [`Session::fit`].
     drive: Drive,
     consistency: ConsistencyWindow,
     dead_reckoning: Pose2,
-    /// Where somebody looks at it.
+    /// Only once somebody asks for it.
     dead_reckoned: Option<DeadReckonedMap>,
     distance: f64,
     scans: usize,
@@ -92,7 +92,7 @@ impl Session {
 
     /// Takes the motion since the last call, as the robot counted it.
     ///
-    /// # Errors    [`SlamError::Odometry`]; then nothing has changed.
+    /// # Errors    [`SlamError::Odometry`]; then nothing changes.
     pub fn odometry(&mut self, counted: &Odometry) -> Result<(), SlamError> {
         counted.validate()?;
         let odometry = self.calibration.corrected(counted, self.robot.track_width);
@@ -109,12 +109,13 @@ impl Session {
 
     /// Takes a scan, whose last beam was taken at or before the end of the newest odometry.
     ///
-    /// # Errors    [`SlamError`] for a scan that cannot be used; it does not count then.
+    /// # Errors    [`SlamError`] for a scan that cannot be used; then it is not counted.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         self.scan_with_truth(scan, None)
     }
 
-    /// The same where the true pose is known, map frame: the filter is judged by that too.
+    /// Takes a scan taken at a known true pose, map frame, by which the filter's consistency is
+    /// judged too.
     pub(crate) fn scan_with_truth(
         &mut self,
         scan: &Scan,
@@ -152,57 +153,57 @@ impl Session {
         self.slam.partial_scan(scan)
     }
 
-    /// Takes a round of the sonars beside the main sensor; see [`Slam::sonar_scan`].
+    /// Takes one round of readings of the sonars beside the main sensor; see [`Slam::sonar_scan`].
     ///
     /// # Errors    [`SlamError`].
     pub fn sonar_scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         self.slam.sonar_scan(scan)
     }
 
-    /// Time passed that nobody watched: the drive before and after are not fitted as one.
+    /// Notes that time passed without readings: the drives before and after are not fitted as one.
     pub fn gap(&mut self) {
         self.drive.gap();
     }
 
     /// Goes on in a saved map, before anything was seen; see [`Slam::go_on_in`].
     ///
-    /// # Errors    [`SlamError`]; then all stays as it was.
+    /// # Errors    [`SlamError`]; then nothing changes.
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
         self.slam.go_on_in(saved)
     }
 
     /// Changes the map by hand; see [`Slam::edit`].
     ///
-    /// # Errors    [`SlamError`]; then it stays as it was.
+    /// # Errors    [`SlamError`]; then the map does not change.
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
         self.slam.edit(kind, corners)
     }
 
-    /// Takes back the last change that was made by hand; `false` where there is none.
+    /// Takes back the last change that was made by hand; `false` if there is none.
     pub fn undo_edit(&mut self) -> bool {
         self.slam.undo_edit()
     }
 
     /// Takes a submap out of the map; see [`crate::slam::Slam::remove_submap`].
     ///
-    /// # Errors    [`SlamError`]; then the map stays as it was.
+    /// # Errors    [`SlamError`]; then the map does not change.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
         self.slam.remove_submap(submap)
     }
 
-    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
-    /// none that can come back.
+    /// Puts back the submap that was taken out last and returns its number; `None` if there is none
+    /// that can come back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.slam.undo_removal()
     }
 
-    /// Completes all work that was put off, at the end of a recording.
+    /// Completes all postponed work, at the end of a recording.
     pub fn finish(&mut self) {
         self.slam.finish();
     }
 
-    /// What to tell the robot now, with these bumpers pressed and the last command still under way
-    /// or not; `None`: nothing new, it carries on.
+    /// What to tell the robot now, given which bumpers are pressed and whether the last command is
+    /// still under way; `None`: nothing new, it carries on.
     pub fn decide(&mut self, bumpers: Bumpers, robot_is_busy: bool) -> Option<Command> {
         self.pilot.steer(&Situation {
             stamp: self.now,
@@ -223,7 +224,7 @@ impl Session {
         })
     }
 
-    /// Other settings from the next scan and the next decision on, as far as they can be changed
+    /// Uses other settings from the next scan and the next decision on, as far as they can change
     /// during a run (see [`Slam::reconfigure`]).
     ///
     /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
@@ -234,12 +235,12 @@ impl Session {
         Ok(())
     }
 
-    /// Ways and frontiers lie within this fence, map frame; see [`Pilot::set_fence`].
+    /// Keeps ways and frontiers within this fence, map frame; see [`Pilot::set_fence`].
     pub fn set_fence(&mut self, fence: Geofence) {
         self.pilot.set_fence(fence);
     }
 
-    /// Gives the robot something else to do.
+    /// Gives the robot another task.
     pub fn set_mode(&mut self, mode: Mode) {
         self.pilot.set_mode(mode);
     }
@@ -249,25 +250,25 @@ impl Session {
         self.pilot.drive(forward, turn);
     }
 
-    /// The robot is to stand; what it was doing is forgotten.
+    /// Stops the robot and forgets its task.
     pub fn stop(&mut self) {
         self.pilot.stop();
     }
 
-    /// From here on the sensor scans only on command, or all the time; what the robot was doing
-    /// starts again.
+    /// Whether the sensor scans only on command or all the time from here on; the task starts
+    /// again.
     pub fn set_scans_on_command(&mut self, scans_on_command: bool) {
         self.scans_on_command = scans_on_command;
         self.pilot.set_mode(self.pilot.mode());
     }
 
-    /// From here on a twin with this calibration runs beside the robot; none: no longer.
+    /// Runs a twin with this calibration beside the robot from here on; `None` ends it.
     pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
         let (width, at) = (self.robot.track_width, self.slam.estimate().pose);
         self.twin = calibration.map(|calibration| Twin::new(calibration, width, at));
     }
 
-    /// From here on the map is kept that the wheels alone would have drawn, see
+    /// From here on also keeps the map that dead reckoning alone would have drawn, see
     /// [`Session::dead_reckoned`].
     pub fn draw_dead_reckoned(&mut self) {
         let config = *self.slam.grid().config();
@@ -275,7 +276,7 @@ impl Session {
         self.dead_reckoned = self.dead_reckoned.take().or_else(begin);
     }
 
-    /// Shows the next stage of the cycle that is recorded and was not shown, if any; see
+    /// Shows the next recorded stage of the cycle that was not shown yet, if any; see
     /// [`StageRecord`].
     pub fn step_stage(&mut self) -> Option<Stage> {
         self.pilot.stages_mut().step()
@@ -292,7 +293,8 @@ impl Session {
         &self.robot
     }
 
-    /// Whether the sensor scans only on command, the robot standing: then it drives by the cycle.
+    /// Whether the sensor scans only on command, while the robot stands: then the robot drives by
+    /// the cycle.
     #[must_use]
     pub fn scans_on_command(&self) -> bool {
         self.scans_on_command
@@ -318,13 +320,13 @@ impl Session {
         held.copied().unwrap_or_else(|| self.estimate())
     }
 
-    /// What it intends: mode, path, frontiers, search tree.
+    /// The pilot: mode, path, frontiers, search tree.
     #[must_use]
     pub fn pilot(&self) -> &Pilot {
         &self.pilot
     }
 
-    /// What it is doing.
+    /// What the robot is doing.
     #[must_use]
     pub fn status(&self) -> &Status {
         self.pilot.status()
@@ -342,7 +344,7 @@ impl Session {
         &self.calibration
     }
 
-    /// The twin that runs beside the robot.
+    /// The twin that runs beside the robot, if any.
     #[must_use]
     pub fn twin(&self) -> Option<&Twin> {
         self.twin.as_ref()
@@ -361,8 +363,8 @@ impl Session {
         self.dead_reckoning
     }
 
-    /// The map that the wheels alone would have drawn, in the frame of the map; only since somebody
-    /// asked for it ([`Session::draw_dead_reckoned`]).
+    /// The map that dead reckoning alone would have drawn, in the frame of the map; only since
+    /// somebody asked for it ([`Session::draw_dead_reckoned`]).
     #[must_use]
     pub fn dead_reckoned(&self) -> Option<&Grid> {
         self.dead_reckoned.as_ref().map(DeadReckonedMap::grid)
@@ -374,7 +376,7 @@ impl Session {
         self.distance
     }
 
-    /// Scans taken in.
+    /// Number of scans taken in.
     #[must_use]
     pub fn scans(&self) -> usize {
         self.scans
@@ -386,10 +388,9 @@ impl Session {
         self.now
     }
 
-    /// What the drive so far tells of the odometry, with the poses of this run as the truth. Scans
-    /// are not kept, so that it tells nothing of the ranges. Its settings turn the odometry as
-    /// counted into that of the robot as it is: they are no changes to those that this session runs
-    /// with.
+    /// What the drive so far tells about the odometry, with the poses of this run as the truth.
+    /// Scans are not kept, so it tells nothing about the ranges. The settings it finds correct the
+    /// raw odometry; they are not changes relative to the settings of this session.
     #[must_use]
     pub fn fit(&self) -> DriveFit {
         let trajectory = self.slam.trajectory();

@@ -1,16 +1,16 @@
-//! Every setting of a run in one table: name, meaning, range, units, what it belongs to, and how to
+//! Every setting of a run in one table: name, meaning, range, unit, what it belongs to, and how to
 //! read and write it.
 //!
-//! In: a key and a number. Out: other [`Settings`], or a sentence on why not. Whoever shows
-//! settings to people (page, command line) reads the table and types nothing twice. Defaults are
-//! those of the configurations themselves, and so are the ranges that a configuration checks.
+//! In: a key and a number. Out: the changed [`Settings`], or a sentence on why not. Page and
+//! command line read this table, so nothing is typed twice. Defaults, and the ranges that are
+//! checked, come from the configurations themselves.
 //!
 //! | file | subject |
 //! |---|---|
 //! | `table/` | the settings, one row each |
-//! | `setting` | what a row says |
+//! | `setting` | the content of a row |
 //! | `applies` | which rows have an effect on a run |
-//! | `field` | how the number of a row stands in a configuration |
+//! | `field` | how the number of a row is stored in a configuration |
 //! | `presets` | named sets of settings |
 
 mod applies;
@@ -36,12 +36,12 @@ use crate::sim::SensorModel;
 use crate::sim::sensors::SonarModel;
 use crate::slam::SlamConfig;
 
-/// All that can be set of a run, beside world, robot, seed and method.
+/// All settings of a run, apart from world, robot, seed and method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// The sensor's figures.
     pub sensor: SensorModel,
-    /// Sonars beside it, if any.
+    /// Sonars beside the sensor, if any.
     pub sonars_beside: Option<SonarModel>,
     /// A simulated robot's body.
     pub body: SimulatedBody,
@@ -49,7 +49,7 @@ pub struct Settings {
     pub wear: SimulatedWear,
     /// What is assumed of the errors of the odometry.
     pub odometry: OdometrySettings,
-    /// What a recorded log does not say of itself.
+    /// What a recorded log does not say about itself.
     pub log: LogSettings,
     /// Estimation.
     pub slam: SlamConfig,
@@ -57,7 +57,7 @@ pub struct Settings {
     pub pilot: PilotConfig,
 }
 
-/// What of a simulated robot's body touches walls, and its size.
+/// Which part of a simulated robot's body touches walls, and its size.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SimulatedBody {
     /// Its shape.
@@ -88,36 +88,36 @@ impl SimulatedBody {
 /// How a simulated robot's tracks differ from the model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SimulatedWear {
-    /// Whether as given here; otherwise as the seed draws it.
+    /// Whether the wear is as given here; otherwise the seed draws it.
     pub is_given: bool,
-    /// So, where it is given.
+    /// The wear, if given.
     pub given: TrackWear,
 }
 
 impl SimulatedWear {
-    /// As given, if it is.
+    /// The given wear, if any.
     #[must_use]
     pub fn used(&self) -> Option<TrackWear> {
         self.is_given.then_some(self.given)
     }
 }
 
-/// What is assumed of the errors of the odometry: how the tracks differ from the model, and by
-/// which of two models of noise.
+/// What is assumed of the errors of the odometry: how the tracks differ from the model, and which
+/// of two noise models is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometrySettings {
     /// How the tracks are known to differ from the model.
     pub wear: TrackWear,
-    /// Whether the source's constant Q is used.
+    /// Whether the constant Q of the paper is used.
     pub is_constant: bool,
-    /// Its variance of a track's way in each reading, m².
+    /// Variance of a track's travel in each reading by the constant model, m².
     pub constant: f64,
-    /// The variances that grow with the way.
+    /// Variances that grow with the distance travelled.
     pub proportional: OdometryNoise,
 }
 
 impl OdometrySettings {
-    /// Of this robot; the constant Q is what the other model gives at full speed, 100 readings a
+    /// For this robot; the constant Q is what the other model gives at full speed, 100 readings a
     /// second.
     #[must_use]
     pub fn of(robot: &RobotModel) -> Self {
@@ -129,8 +129,8 @@ impl OdometrySettings {
         }
     }
 
-    /// The calibration of this robot: its own word on noise stands where nothing else was set than
-    /// the defaults of its model.
+    /// The calibration of this robot: its own noise figures apply unless a setting differs from the
+    /// defaults of its model.
     #[must_use]
     pub fn calibration(&self, robot: &RobotModel) -> OdometryCalibration {
         let noise = |of: &Self| (of.is_constant, of.constant, of.proportional);
@@ -140,7 +140,7 @@ impl OdometrySettings {
         }
     }
 
-    /// The one that is used.
+    /// The noise model that is used.
     #[must_use]
     pub fn used(&self) -> TrackNoise {
         if self.is_constant {
@@ -177,19 +177,19 @@ config! {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SettingError {
-    /// No setting of that key.
+    /// There is no setting of that key.
     #[error("there is no setting `{0}`")]
     Unknown(String),
-    /// Outside of its range.
+    /// The value is outside its range.
     #[error("{name} is {value}{unit}, expected {expected}")]
     Range {
         /// Name for people.
         name: &'static str,
         /// What was asked for.
         value: f64,
-        /// Unit with a blank in front, or nothing.
+        /// Unit with a space in front, or nothing.
         unit: String,
-        /// What may stand there.
+        /// What is allowed.
         expected: String,
     },
 }
@@ -221,7 +221,7 @@ impl Settings {
         Self::of(sensor, robot)
     }
 
-    /// The settings that are not as in `defaults`, with their numbers.
+    /// The settings that differ from `defaults`, with their numbers.
     #[must_use]
     pub fn changes_from(&self, defaults: &Self) -> Vec<(String, f64)> {
         let changed = table().filter_map(|setting| {
@@ -231,7 +231,7 @@ impl Settings {
         changed.collect()
     }
 
-    /// The number of a setting; `None` where this sensor or rule has none such.
+    /// The number of a setting; `None` if this sensor or rule does not have it.
     #[must_use]
     pub fn get(&self, setting: &Setting) -> Option<f64> {
         (setting.field.get)(self)
@@ -248,9 +248,9 @@ pub(crate) fn find(key: &str) -> Result<&'static Setting, SettingError> {
 
 /// The defaults of estimation and driving for a sensor.
 ///
-/// A sensor that scans only on command sees each cell a few times at most, little of each wall, and
-/// from afar in terms of odometry: it takes Celej's quicker grid, and the `short_range` figures of
-/// lines, filter and pilot.
+/// A sensor that scans only on command sees each cell a few times at most and little of each wall,
+/// with long drives by odometry between scans: it takes Celej's quicker grid, and the `short_range`
+/// figures of lines, filter and pilot.
 fn estimation_and_driving(sensor: &SensorModel) -> (SlamConfig, PilotConfig) {
     let mut slam = SlamConfig::default();
     match sensor {

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Every source (simulation, bridge, recorded log) feeds the same two verbs, and every method
-//! answers alike, so that they can be swapped and compared on the same run.
+//! answers in the same form, so methods can be swapped and compared on the same run.
 
 mod config;
 mod drawn;
@@ -46,53 +46,53 @@ pub use prior_map::{PriorMap, PriorMapFit, PriorMapMatching};
 pub use sonars::SonarsConfig;
 pub use view::{OwnMap, View};
 
-/// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
+/// Why SLAM cannot begin, or a scan cannot be used. The state does not change.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SlamError {
-    /// The odometry is no motion.
+    /// The odometry is not a valid motion.
     #[error(transparent)]
     Odometry(#[from] OdometryError),
-    /// The scan breaks its promises.
+    /// The scan breaks its invariants.
     #[error(transparent)]
     Scan(#[from] ScanError),
-    /// A beam or a setting that the search for lines cannot use.
+    /// A beam or a setting that line extraction cannot use.
     #[error(transparent)]
     Lines(#[from] LineError),
-    /// What the filter over lines refuses.
+    /// The filter over lines refuses a value.
     #[error(transparent)]
     Ekf(#[from] EkfError),
-    /// A setting of the grid.
+    /// A setting of the grid is refused.
     #[error(transparent)]
     Grid(#[from] GridError),
-    /// A setting of the scan matcher.
+    /// A setting of the scan matcher is refused.
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
-    /// A setting of grid mapping by particles.
+    /// A setting of grid mapping by particles is refused.
     #[error(transparent)]
     GridParticles(#[from] GridParticlesError),
-    /// A setting of what follows moving objects.
+    /// A setting for the tracking of moving objects is refused.
     #[error("moving objects: {0}")]
     Tracking(#[from] OutOfBounds),
-    /// A saved map that the scan matcher cannot take up.
+    /// A saved map that the scan matcher cannot restore.
     #[error(transparent)]
     Restore(#[from] RestoreError),
-    /// A saved map for a method that does not go on in one.
+    /// A saved map for a method that cannot go on in one.
     #[error("only scan matching goes on in a saved map")]
     NoSavedMap,
-    /// A change of a map that its method draws anew.
+    /// A change by hand, but the map of the method cannot be edited.
     #[error("only the map of scan matching can be changed by hand")]
     NoEdits,
-    /// A change that cannot be.
+    /// A change by hand that is refused.
     #[error(transparent)]
     Edit(#[from] EditError),
-    /// A submap of a method that has none.
+    /// A submap was named, but the method has none.
     #[error("only the map of scan matching is made of submaps")]
     NoSubmaps,
-    /// A submap that cannot be taken out.
+    /// The submap cannot be taken out.
     #[error(transparent)]
     Removal(#[from] RemovalError),
-    /// A method that needs a map, and none is there.
+    /// The method needs a prior map, and none was given.
     #[error("the method needs a prior map with walls to find the robot in; none was given")]
     NoPriorMap,
 }
@@ -104,7 +104,7 @@ pub struct Slam {
     config: SlamConfig,
     history: MotionHistory,
     estimator: Box<dyn Estimator>,
-    /// Places of the trajectory that are of earlier runs in the same map.
+    /// How many poses of the trajectory come from earlier runs in the same map.
     earlier: usize,
     /// The map, for methods without one of their own.
     drawn: Drawn,
@@ -113,15 +113,15 @@ pub struct Slam {
     points: Option<Points>,
     blind_zone: BlindZone,
     moving: MovingObjects,
-    /// `None` where nobody is driven.
+    /// `None` if nobody drives the robot by what is seen.
     walkers: Option<Walkers>,
-    /// The same points, with what is near and was not seen.
+    /// The points of the last scan, and what is near but was not seen in it.
     obstacles: Option<Points>,
     motion_since_scan: Pose2,
     /// Variance of the heading at the last scan, rad².
     heading_variance: f64,
     vector: VectorMap,
-    /// What sonars beside the main sensor have drawn.
+    /// The grid drawn from the sonars beside the main sensor.
     sonar_grid: Option<Grid>,
 }
 
@@ -136,7 +136,7 @@ impl Slam {
         (config.point_features.validate()).map_err(LineError::from)?;
         config.tracking.validate()?;
         let estimator = method.begin(&config)?;
-        // It is the estimator's from here on.
+        // From here on the estimator holds it.
         config.saved_map = None;
         Ok(Self {
             method,
@@ -144,7 +144,7 @@ impl Slam {
             estimator,
             drawn: Drawn::new(config.grid)?,
             track: vec![],
-            // The slowest sweep is that of a ranger on a servo, a few seconds.
+            // The slowest sweep is that of a ranger on a servo: a few seconds.
             history: MotionHistory::new(5.0),
             blind_zone: BlindZone::new(config.blind_zone),
             moving: MovingObjects::new(config.tracking),
@@ -172,7 +172,7 @@ impl Slam {
 
     /// Takes a scan, whose last beam was taken at or before the end of the newest odometry.
     ///
-    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises, [`SlamError::Lines`]
+    /// # Errors    [`SlamError::Scan`] for a scan that breaks its invariants, [`SlamError::Lines`]
     /// and [`SlamError::Ekf`] for one that the line extraction or the filter refuses.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         scan.validate()?;
@@ -195,7 +195,7 @@ impl Slam {
         Ok(())
     }
 
-    /// Without readings that seem far and are near, and by sectors where that is set.
+    /// The scan without readings that seem far but are near, reduced to sectors if that is set.
     fn readable<'a>(&self, scan: &'a Scan) -> Cow<'a, Scan> {
         let scan = self
             .blind_zone
@@ -206,7 +206,7 @@ impl Slam {
         }
     }
 
-    /// What a scan leaves behind for the next one and for the pilot.
+    /// Updates what the next scan and the pilot need of this one.
     fn conclude(&mut self, points: Points) {
         let (view, estimate) = (self.estimator.view(), self.estimator.estimate());
         walls::observe(&mut self.vector, &view, &estimate, &points);
@@ -220,10 +220,10 @@ impl Slam {
         self.heading_variance = estimate.cov[(2, 2)];
     }
 
-    /// Takes a few readings on the move, of a sensor that scans only standing: they show who came
-    /// since the last scan ([`Self::walkers`]), and nothing of pose or map.
+    /// Takes a few readings on the move, from a sensor that scans only while the robot stands. They
+    /// show who came since the last scan ([`Self::walkers`]), and do not change pose or map.
     ///
-    /// # Errors    [`SlamError::Scan`]: the readings break a scan's promises.
+    /// # Errors    [`SlamError::Scan`]: the readings break a scan's invariants.
     pub fn partial_scan(&mut self, readings: &Scan) -> Result<(), SlamError> {
         readings.validate()?;
         let moved = self.motion_since_scan;
@@ -238,9 +238,9 @@ impl Slam {
         Ok(())
     }
 
-    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of
-    /// grids, of the vector map and of the scan matcher hold for a whole run, as do the prior map
-    /// and what the filter knew of the odometry beforehand.
+    /// Uses other settings from the next scan on: points, lines, the filter and what it draws. The
+    /// settings of grids, of the vector map and of the scan matcher are fixed for a whole run, as
+    /// are the prior map and what the filter knew of the odometry beforehand.
     ///
     /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones
     /// stay.
@@ -264,8 +264,8 @@ impl Slam {
 
     /// Goes on in a saved map, before anything was seen.
     ///
-    /// # Errors    [`SlamError::NoSavedMap`] of methods other than scan matching,
-    /// [`SlamError::Restore`]; then all stays as it was.
+    /// # Errors    [`SlamError::NoSavedMap`] for methods other than scan matching,
+    /// [`SlamError::Restore`]; then nothing changes.
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
         if self.method != Method::ScanMatching {
             return Err(SlamError::NoSavedMap);
@@ -281,14 +281,14 @@ impl Slam {
 
     /// Changes the map by hand; see [`ScanMatcher::edit`].
     ///
-    /// # Errors    [`SlamError::NoEdits`] of methods other than scan matching, [`SlamError::Edit`];
-    /// then it stays as it was.
+    /// # Errors    [`SlamError::NoEdits`] for methods other than scan matching,
+    /// [`SlamError::Edit`]; then the map does not change.
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
         let map = self.estimator.editable().ok_or(SlamError::NoEdits)?;
         Ok(map.edit(kind, corners)?)
     }
 
-    /// Takes back the last change that was made by hand; `false` where there is none.
+    /// Takes back the last change that was made by hand; `false` if there is none.
     pub fn undo_edit(&mut self) -> bool {
         let map = self.estimator.editable();
         map.is_some_and(ScanMatcher::undo_edit)
@@ -296,26 +296,26 @@ impl Slam {
 
     /// Takes a submap out of the map; see [`ScanMatcher::remove_submap`].
     ///
-    /// # Errors    [`SlamError::NoSubmaps`] of methods other than scan matching,
-    /// [`SlamError::Removal`]; then the map stays as it was.
+    /// # Errors    [`SlamError::NoSubmaps`] for methods other than scan matching,
+    /// [`SlamError::Removal`]; then the map does not change.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
         let map = self.estimator.editable().ok_or(SlamError::NoSubmaps)?;
         Ok(map.remove_submap(submap)?)
     }
 
-    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
-    /// none that can come back.
+    /// Puts back the submap that was taken out last and returns its number; `None` if there is none
+    /// that can come back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.estimator.editable()?.undo_removal()
     }
 
-    /// Completes all work that was put off, at the end of a log.
+    /// Completes all postponed work, at the end of a log.
     pub fn finish(&mut self) {
         self.estimator.finish();
     }
 
-    /// Nobody is driven by what is seen: from here on walkers are not searched for, and
-    /// [`Self::partial_scan`] does nothing.
+    /// Turns the search for walkers off, for a robot that nobody drives by what is seen: from here
+    /// on [`Self::partial_scan`] does nothing.
     pub fn disable_walkers(&mut self) {
         self.walkers = None;
     }
@@ -327,7 +327,7 @@ fn grid_of<'a>(estimator: &'a dyn Estimator, drawn: &'a Drawn) -> &'a Grid {
     own.map_or_else(|| drawn.grid(), OwnMap::grid)
 }
 
-/// Number of places of the trajectory that a method keeps itself.
+/// Number of poses of the trajectory that a method keeps itself.
 fn places_of(estimator: &dyn Estimator) -> usize {
     let map = estimator.view().map;
     map.map_or(0, |map| map.trajectory().count())

@@ -1,9 +1,8 @@
-//! The state of a value as bytes, and back to the bit.
+//! The state of a value as bytes, and the value from its bytes, exact to the bit.
 //!
 //! In: a value. Out: bytes that are the same on every machine; and from such bytes the value, or
-//! what is wrong and where. The layout has no names and no lengths beside those of lists: what the
-//! bytes mean is said by the code that reads them, so that whoever writes a file of them puts a
-//! version before them.
+//! what is wrong and where. The layout has no names, and no lengths but those of lists. Only the
+//! code that reads the bytes defines their meaning, so a file of them has to begin with a version.
 //!
 //! | value | bytes |
 //! |---|---|
@@ -14,10 +13,10 @@
 //! | what may be missing | 0, or 1 and the value |
 //! | structure | its fields in the order in which `snapshot!` names them |
 //!
-//! Bytes come from files, so that nothing in them is trusted: no length is reserved before the
-//! entries are there, and a structure may have a rule that what was read has to keep. A crate for
-//! such formats (`postcard`) would tell neither the place nor the reason of a fault, and a field
-//! that somebody adds would be forgotten without a word; `snapshot!` does not compile then.
+//! Bytes come from files, so nothing in them is trusted: memory is reserved only as far as entries
+//! arrive, and a structure may have a rule that its values must satisfy. A crate for such formats
+//! (`postcard`) would give neither the place nor the reason of a fault, and would silently skip a
+//! field that somebody adds; `snapshot!` then does not compile.
 
 mod values;
 
@@ -28,7 +27,7 @@ pub trait Snapshot: Sized {
     /// Appends its bytes.
     fn write(&self, out: &mut Vec<u8>);
 
-    /// Takes its bytes from the front of what is left.
+    /// Reads a value from the front of the remaining bytes.
     ///
     /// # Errors    [`SnapshotError`]: what is wrong, and where.
     fn read(from: &mut Reader<'_>) -> Result<Self, SnapshotError>;
@@ -38,7 +37,7 @@ pub trait Snapshot: Sized {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{fault} (byte {at} of the content)", Path(.path))]
 pub struct SnapshotError {
-    /// Fields and numbers of entries that lead there, the innermost first.
+    /// Fields and entry numbers that lead to the fault, the innermost first.
     path: Vec<Place>,
     fault: Fault,
     at: usize,
@@ -83,7 +82,7 @@ impl fmt::Display for Path<'_> {
 }
 
 impl SnapshotError {
-    /// The same, of what is `field` of something larger.
+    /// The same error, within `field` of a larger value.
     #[must_use]
     pub fn within(mut self, field: &'static str) -> Self {
         self.path.push(Place::Field(field));
@@ -96,37 +95,37 @@ impl SnapshotError {
     }
 }
 
-/// What is left of the bytes.
+/// The bytes that remain to be read.
 #[derive(Debug)]
 pub struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
-/// Entries for which memory is reserved before they are read.
+/// Entries for which memory is reserved at most before they are read.
 const RESERVED: usize = 1024;
 
 impl<'a> Reader<'a> {
-    /// At the first of them.
+    /// Starts at the first byte.
     #[must_use]
     pub fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0 }
     }
 
-    /// Reads what is `name` of something larger.
+    /// Reads the part called `name` of a larger value.
     ///
     /// # Errors    [`SnapshotError`].
     pub fn field<T: Snapshot>(&mut self, name: &'static str) -> Result<T, SnapshotError> {
         T::read(self).map_err(|error| error.within(name))
     }
 
-    /// Refuses what was read last, for it breaks a rule.
+    /// Refuses what was read last, because it breaks a rule.
     #[must_use]
     pub fn refuse(&self, why: impl Into<String>) -> SnapshotError {
         self.fault(Fault::Rule(why.into()))
     }
 
-    /// Refuses what was read last where `is_kept` is false.
+    /// Refuses what was read last if `is_kept` is false.
     ///
     /// # Errors    [`SnapshotError`] with the `rule`.
     pub fn rule(&self, is_kept: bool, rule: &str) -> Result<(), SnapshotError> {
@@ -136,7 +135,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Whether nothing is left.
+    /// Whether nothing remains.
     #[must_use]
     pub fn is_at_end(&self) -> bool {
         self.at == self.bytes.len()
@@ -157,7 +156,7 @@ impl<'a> Reader<'a> {
         Ok(*taken)
     }
 
-    /// The length of a list; each entry takes a byte at least.
+    /// The length of a list; each entry takes at least one byte.
     fn length(&mut self) -> Result<usize, SnapshotError> {
         let entries = usize::read(self)?;
         let bytes = self.bytes.len() - self.at;
@@ -177,7 +176,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A structure as its fields, in this order; `rule` says what values that were read have to keep.
+/// A structure as its fields, in this order; `rule` is what values that were read must satisfy.
 macro_rules! snapshot {
     ($kind:ident { $($field:ident),* $(,)? } $(, $rule:expr, $words:literal)* $(,)?) => {
         impl $crate::snapshot::Snapshot for $kind {
@@ -201,7 +200,7 @@ macro_rules! snapshot {
 }
 pub(crate) use snapshot;
 
-/// Names without content, as their numbers.
+/// Enum variants without content, written as their numbers.
 macro_rules! snapshot_names {
     ($kind:ident { $($name:ident = $number:literal),* $(,)? }) => {
         impl $crate::snapshot::Snapshot for $kind {
@@ -224,7 +223,7 @@ macro_rules! snapshot_names {
 pub(crate) use snapshot_names;
 
 impl Reader<'_> {
-    /// Refuses a number that stands for nothing.
+    /// Refuses a number that stands for no variant.
     #[must_use]
     pub fn no_variant(&self, number: u64) -> SnapshotError {
         self.fault(Fault::NoVariant(number))

@@ -3,17 +3,17 @@
 //! In: straight pieces, arcs and turns on the spot that join without a kink, and the pose estimate
 //! at every tick. Out: forward speed and turn rate, until the last piece ends.
 //!
-//! 1. The pieces fall into runs, each of which is driven in one go; a turn on the spot parts two of
-//!    them, unless it is so small that it can be driven over. A run begins with a turn towards its
-//!    beginning.
+//! 1. The pieces are grouped into runs, each of which is driven without a stop; a turn on the spot
+//!    separates two runs, unless it is so small that it can be driven over. A run begins with a
+//!    turn towards its beginning.
 //! 2. The robot's place on the run is the nearest point a little ahead of its last place: it never
-//!    jumps to where the run comes by again.
-//! 3. A point ahead on the run is aimed at on a circle: turn rate 2 v sin(error) / distance (pure
-//!    pursuit, Coulter 1992). It is the farther ahead the faster the robot may go there, for its
-//!    turn rate takes time to change: with a point too near it swings to and fro ever more. In arcs
-//!    it is nearer, so that the robot does not cut them.
-//! 4. The speed is such that the turn rate of every arc ahead can be driven, braking for it in
-//!    time; and it ends in a braking curve as that of straight legs does.
+//!    jumps to another part of the run that passes nearby.
+//! 3. The robot aims along a circle at a point ahead on the run: turn rate 2 v sin(error) /
+//!    distance (pure pursuit, Coulter 1992). The faster the robot may go there, the farther ahead
+//!    the point is, because the turn rate takes time to change: with a point too near the robot
+//!    would oscillate more and more. In arcs it is nearer, so the robot does not cut them.
+//! 4. The speed is limited so that the turn rate of every arc ahead can be driven, braking for it
+//!    in time; and it ends in a braking curve as for straight legs.
 
 use nalgebra::Point2;
 
@@ -25,24 +25,26 @@ use crate::robot::RobotModel;
 
 /// Distance between the points of a run, m.
 const SPACING: f64 = 0.02;
-/// How far ahead of its last place the robot's place on the run is looked for, m.
+/// How far ahead of its last place the robot's place on the run is searched for, m.
 const WINDOW: f64 = 0.4;
-/// Part of an arc's radius at which its aim lies ahead: it cuts an arc by about 4 % of its radius.
+/// Aim point in an arc, as a fraction of the arc's radius ahead: it cuts an arc by about 4 % of its
+/// radius.
 const AIM_PART: f64 = 0.6;
-/// The robot aims no nearer than it drives in so long, s.
+/// The aim point is at least as far ahead as the robot drives in this time, s.
 const HEADWAY: f64 = 0.8;
-/// Smaller turns on the spot are driven over, rad, as if they took so much way, m.
+/// Turns on the spot smaller than this, rad, are driven over, as if they took this distance, m.
 const KINK: f64 = 0.35;
 const KINK_WAY: f64 = 0.15;
-/// Part of the highest turn rate that arcs are driven with: the rest is for coming back to the run.
+/// Fraction of the highest turn rate with which arcs are driven: the rest is for returning to the
+/// run.
 const TURN_PART: f64 = 0.7;
 
 #[derive(Clone, Copy, Debug)]
 struct Place {
     at: Point2<f64>,
-    /// Way from the beginning of the run, m.
+    /// Distance from the beginning of the run, m.
     way: f64,
-    /// 1/m, without sign.
+    /// Absolute curvature, 1/m.
     curvature: f64,
 }
 
@@ -56,7 +58,7 @@ pub struct CurveFollower {
 }
 
 impl CurveFollower {
-    /// For pieces in the order in which they are driven.
+    /// A follower for pieces in driving order.
     #[must_use]
     pub fn new(pieces: &[Piece]) -> Self {
         let is_turn =
@@ -70,7 +72,7 @@ impl CurveFollower {
         }
     }
 
-    /// What is still to be driven, from the robot's place on.
+    /// The path that is still to be driven, from the robot's place on.
     #[must_use]
     pub fn remaining(&self) -> Path {
         let rest = self.runs.get(self.run..).unwrap_or_default();
@@ -170,7 +172,8 @@ fn nearest(run: &[Place], from: usize, position: Point2<f64>) -> usize {
         .unwrap_or(from)
 }
 
-/// To the end of the run, m; at its last point along its direction, and negative beyond.
+/// Distance to the end of the run, m; near its last point measured along its direction, and
+/// negative beyond.
 fn way_left(run: &[Place], place: usize, position: Point2<f64>) -> f64 {
     let last = run[run.len() - 1];
     if place + 1 < run.len() {
@@ -187,7 +190,7 @@ fn sharpest(run: &[Place], from: usize, ahead: f64) -> f64 {
     near.map(|place| place.curvature).fold(0.0, f64::max)
 }
 
-/// The point at a way along the run; straight on beyond its end.
+/// The point at a distance along the run; straight on beyond its end.
 fn aim(run: &[Place], way: f64) -> Point2<f64> {
     let next = run.partition_point(|place| place.way < way);
     let (a, b) = match next {
@@ -198,7 +201,7 @@ fn aim(run: &[Place], way: f64) -> Point2<f64> {
     a.at + (b.at - a.at) * ((way - a.way) / (b.way - a.way).max(1e-9))
 }
 
-/// The speed from which every arc ahead, and the end, can be braked for.
+/// The speed from which the robot can brake for every arc ahead, and for the end.
 fn speed(run: &[Place], from: usize, left: f64, model: &RobotModel, config: &FollowConfig) -> f64 {
     let brake = BRAKING * model.max_acceleration;
     let most = config.pace * model.max_speed;

@@ -1,12 +1,12 @@
-//! Easing a robot that turns on the spot off what it has come too near to.
+//! Easing a robot that turns on the spot away from what it has come too near to.
 //!
 //! In: the points of the last scan, the motion since. Out: a slow forward speed, negative for back,
-//! that makes room; 0 where there is room enough, or none to be made.
+//! that makes room; 0 if there is room enough, or if no motion makes any.
 //!
-//! 1. Points within a little of the robot's disc push it, each by how deep it lies within, away
-//!    from itself.
-//! 2. The robot can only follow the part of that along its heading. What stands abeam, or on both
-//!    sides, pushes it nowhere; while the robot turns on, its heading comes to where it does.
+//! 1. Points within a margin around the robot's disc push it away from themselves, each by how deep
+//!    it lies in that margin.
+//! 2. The robot can only follow the component of that push along its heading. Points abeam, or on
+//!    both sides, do not move it; as the robot turns on, its heading comes to where they do.
 //!
 //! Ours: a spring over a dead zone.
 
@@ -14,7 +14,7 @@ use super::strip::TIGHT;
 use crate::geom::{Length, Pose2};
 use crate::points::Points;
 
-/// Way that is made up for in a second, as a part of what is missing, 1/s.
+/// Fraction of the missing room that is made up for in a second, 1/s.
 const GAIN: f64 = 2.0;
 /// Least part of the push that has to be along the heading: the cosine of 70°.
 const ALONG: f64 = 0.35;
@@ -54,7 +54,7 @@ mod tests {
 
     const RADIUS: f64 = 0.3;
 
-    /// What is pushed for by points at angles (degrees) and distances from the disc, m.
+    /// The speed caused by points at angles (degrees) and distances from the disc, m.
     fn eased(at: &[(f64, f64)], moved: Pose2) -> f64 {
         let points = scan_of_hits(at.iter().map(|(degrees, room)| {
             let (sin, cos) = crate::geom::sin_cos(degrees.to_radians());

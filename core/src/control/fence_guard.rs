@@ -1,18 +1,19 @@
-//! Keeps a robot within a fence: commands are limited to what stops before the border.
+//! Keeps a robot within a fence: commands are limited so that the robot can stop before the border.
 //!
-//! In: where the robot is in the map of the fence, how it runs, and the command that is wished.
-//! Out: the command that keeps it within, [`Command::Stop`] if need be.
+//! In: the robot's pose in the map of the fence, its speeds, and the requested command. Out: the
+//! command that keeps it within, [`Command::Stop`] if need be.
 //!
-//! 1. The robot's disc is to stay within, by a margin and by twice the standard deviation of its
-//!    place: the clearance of its middle may not fall below the sum.
-//! 2. Its middle is followed along the arc of the wished speeds, those it was commanded, those it
-//!    runs, and straight on, for the turn rate takes time to change and the robot is between them.
-//!    Where the clearance falls too low the way ends. As the clearance changes by no more than the
-//!    way that is gone, a step may be as long as there is clearance to spare.
-//! 3. Speed: v t + v²/(2 a) may not exceed that way. Turning on the spot is never limited.
-//! 4. A robot that is nearer the border than that already, or outside, may go wherever its
-//!    clearance does not get less: so it is driven back.
-//! 5. Where its pose is not known it stands.
+//! 1. The robot's disc must stay within, by a margin and by twice the standard deviation of its
+//!    position: the clearance of its centre may not fall below the sum.
+//! 2. Its centre is followed along the arc of the requested speeds, of the commanded speeds and of
+//!    the actual speeds, and straight on, because the turn rate takes time to change and the true
+//!    motion is between them. The free distance ends where the clearance falls too low. The
+//!    clearance changes by no more than the distance moved, so a step may be as long as the spare
+//!    clearance.
+//! 3. Speed: v t + v²/(2 a) may not exceed that distance. Turning on the spot is never limited.
+//! 4. A robot that is already nearer to the border than that, or outside, may go wherever its
+//!    clearance does not decrease, so it can be driven back.
+//! 5. If its pose is not known it stands.
 
 #[cfg(test)]
 mod tests;
@@ -42,18 +43,19 @@ config! {
 }
 
 impl FenceConfig {
-    /// The clearance that the robot's middle keeps, m: who plans keeps no less than who guards.
+    /// The clearance that the robot's centre keeps, m: the planner must keep no less than the
+    /// guard.
     #[must_use]
     pub fn keeps(&self, model: &RobotModel, pose: &PoseEstimate) -> f64 {
         model.radius() + self.margin + 2.0 * sigma_of(pose)
     }
 }
 
-/// Steps along a way are no shorter, m.
+/// Shortest step along an arc, m.
 const STEP: f64 = 0.005;
-/// A leg under way is not given up for less, m: poses scatter.
+/// A leg under way is not stopped for less than this, m: poses scatter.
 const SCATTER: f64 = 0.03;
-/// Less than this part of the wished speed is standing at the border.
+/// Below this fraction of the requested speed the robot counts as held at the border.
 const HELD: f64 = 0.1;
 
 /// See the module.
@@ -62,11 +64,11 @@ pub struct FenceGuard {
     model: RobotModel,
     config: FenceConfig,
     fence: Geofence,
-    /// Where the robot is; none where that is not known.
+    /// Where the robot is; `None` if that is not known.
     pose: Option<PoseEstimate>,
-    /// Speeds at which it runs, by odometry.
+    /// The robot's actual speeds, by odometry.
     runs: Speeds,
-    /// What is under way, as it was wished, and as it was let through.
+    /// The command under way, as requested and as let through.
     wish: Command,
     commanded: Command,
     /// What remains of a leg under way, m.
@@ -74,7 +76,7 @@ pub struct FenceGuard {
 }
 
 impl FenceGuard {
-    /// Before a pose is known.
+    /// A guard that does not know the pose yet.
     #[must_use]
     pub fn new(model: RobotModel, fence: Geofence, config: FenceConfig) -> Self {
         Self {
@@ -95,26 +97,26 @@ impl FenceGuard {
         &self.fence
     }
 
-    /// What is under way, as it was wished.
+    /// The command under way, as it was requested.
     #[must_use]
     pub fn wish(&self) -> Command {
         self.wish
     }
 
-    /// Whether it is known, well enough, where the robot is.
+    /// Whether the robot's pose is known well enough.
     #[must_use]
     pub fn is_placed(&self) -> bool {
         self.pose.is_some()
     }
 
-    /// Whether the robot's middle is outside.
+    /// Whether the robot's centre is outside.
     #[must_use]
     pub fn is_outside(&self) -> bool {
         let at = self.pose.map(|pose| pose.pose.position());
         at.is_some_and(|at| self.fence.clearance(at) < 0.0)
     }
 
-    /// Whether the fence, and nothing else, keeps the robot from going where it is wished to.
+    /// Whether the fence, and nothing else, keeps the robot from doing what was requested.
     #[must_use]
     pub fn holds_back(&self) -> bool {
         match (self.wish, self.commanded) {
@@ -128,8 +130,8 @@ impl FenceGuard {
         }
     }
 
-    /// Takes where the robot is, and the speeds at which it runs; `None` where that is not known,
-    /// or not to be believed. Says what to tell the robot now, where that is no longer what it was.
+    /// Takes the robot's pose and speeds; `None` if the pose is not known, or not to be trusted.
+    /// Returns what to tell the robot now, if that has changed.
     pub fn moved(&mut self, pose: Option<PoseEstimate>, runs: Speeds, by: f64) -> Option<Command> {
         let sigma = |pose: &PoseEstimate| sigma_of(pose) <= self.config.sigma;
         self.pose = pose.filter(sigma);
@@ -140,7 +142,7 @@ impl FenceGuard {
         self.again()
     }
 
-    /// The command as far as it stays within.
+    /// The command, limited to what stays within the fence.
     pub fn limit(&mut self, wish: Command) -> Command {
         self.wish = wish;
         self.commanded = self.bounded(wish);
@@ -151,7 +153,7 @@ impl FenceGuard {
         self.commanded
     }
 
-    /// The same of a command that others made of one that was limited.
+    /// The same limit for a command that others derived from a limited one.
     #[must_use]
     pub fn bounded(&self, wish: Command) -> Command {
         if self.fence.is_empty() {
@@ -159,7 +161,7 @@ impl FenceGuard {
         }
         let Some(pose) = &self.pose else {
             return match wish {
-                // Standing still is no motion.
+                // A scan involves no motion.
                 Command::Scan => wish,
                 _ => Command::Stop,
             };
@@ -181,7 +183,7 @@ impl FenceGuard {
         }
     }
 
-    /// Forgets what is under way: the robot was stopped.
+    /// Forgets the command under way: the robot was stopped.
     pub fn stopped(&mut self) {
         (self.wish, self.commanded, self.leg) = (Command::Stop, Command::Stop, 0.0);
     }
@@ -199,7 +201,7 @@ impl FenceGuard {
                     Some(pose) => self.leg == 0.0 || self.is_safe_leg(pose),
                 };
                 (!is_within).then(|| {
-                    // What it was wished to do stays, for `holds_back`.
+                    // The request is kept, for `holds_back`.
                     (self.commanded, self.leg) = (Command::Stop, 0.0);
                     Command::Stop
                 })
@@ -208,14 +210,14 @@ impl FenceGuard {
         }
     }
 
-    /// A leg slows down by itself where it ends.
+    /// Whether a leg may go on. A leg slows down by itself at its end.
     fn is_safe_leg(&self, pose: &PoseEstimate) -> bool {
         let braking = self.braking().way(self.model.max_speed);
         let needs = braking.min(self.leg.abs());
         self.free_on(pose, (self.leg.signum(), 0.0), needs) + SCATTER >= needs
     }
 
-    /// The forward speed, at a turn rate, from which it stops within.
+    /// The forward speed, at a turn rate, from which the robot stops within the fence.
     fn speed(&self, pose: &PoseEstimate, forward: f64, turn: f64) -> f64 {
         let braking = self.braking();
         let commanded = match self.commanded {
@@ -223,7 +225,7 @@ impl FenceGuard {
             _ => 0.0,
         };
         let mut speed = forward;
-        // A slower robot that turns as fast runs on a narrower arc.
+        // At the same turn rate, a slower robot runs on a narrower arc.
         for _ in 0..2 {
             if speed == 0.0 {
                 break;
@@ -251,7 +253,7 @@ impl FenceGuard {
                 .clearance(self.at(&pose.pose, gone, forward, turn))
                 - keep;
             if spare < 0.0 {
-                // The step before was the last that is known to be within.
+                // The step before was the last known to be within.
                 return (gone - STEP).max(0.0);
             }
             gone += spare.max(STEP);
@@ -266,7 +268,7 @@ impl FenceGuard {
         }
     }
 
-    /// Where the robot's middle is after so many metres of an arc.
+    /// Position of the robot's centre after a distance along an arc, m.
     fn at(&self, pose: &Pose2, gone: f64, forward: f64, turn: f64) -> Point2<f64> {
         let way = gone.copysign(forward);
         let turned = turn / forward.abs() * gone;
@@ -280,7 +282,7 @@ impl FenceGuard {
         (*pose * half * Pose2::new(chord, 0.0, 0.0)).position()
     }
 
-    /// The clearance that the robot's middle keeps, m.
+    /// The clearance that the robot's centre keeps, m.
     fn keeps(&self, pose: &PoseEstimate) -> f64 {
         self.config.keeps(&self.model, pose)
     }
@@ -293,8 +295,7 @@ impl FenceGuard {
     }
 }
 
-/// Standard deviation of the place, in its worse direction along an axis, m; no number where the
-/// covariance is none.
+/// Standard deviation of the position along its worse axis, m; NaN if the covariance is not valid.
 fn sigma_of(pose: &PoseEstimate) -> f64 {
     pose.cov[(0, 0)].max(pose.cov[(1, 1)]).sqrt()
 }

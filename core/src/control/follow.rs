@@ -3,13 +3,12 @@
 //! In: the path, and the pose estimate at every tick. Out: forward speed and turn rate, until the
 //! last leg ends.
 //!
-//! 1. Turn on the spot until the robot looks along the leg.
-//! 2. Drive. A point a little ahead on the leg is aimed at, so that the robot comes back to the
-//!    line it has drifted from (pure pursuit, Coulter 1992); the speed falls with the heading
-//!    error.
-//! 3. Both speeds end in a braking curve, v = √(2 a d) at a part of the robot's acceleration,
+//! 1. Turn on the spot until the robot faces along the leg.
+//! 2. Drive. The robot aims at a point a little ahead on the leg, so it returns to the line when it
+//!    has drifted off (pure pursuit, Coulter 1992); the speed falls with the heading error.
+//! 3. Both speeds end in a braking curve, v = √(2 a d) at a fraction of the robot's acceleration,
 //!    linear close to the end: a robot that obeys its model arrives without overshoot.
-//! 4. A corner that is nearly straight is not stopped at.
+//! 4. The robot does not stop at a corner that is nearly straight.
 
 use nalgebra::Point2;
 
@@ -20,11 +19,12 @@ use crate::geom::{Pose2, Segment, wrap};
 use crate::plan::{Path, Piece};
 use crate::robot::RobotModel;
 
-/// Part of the robot's acceleration that braking counts on; more is faster and overshoots sooner.
+/// Fraction of the robot's acceleration that is used for braking; more is faster and overshoots
+/// sooner.
 pub(super) const BRAKING: f64 = 0.6;
 /// Driving begins below this heading error, rad.
 const ALIGNED: f64 = 0.05;
-/// Driving is given up for turning on the spot above this heading error, rad.
+/// Above this heading error the robot stops driving and turns on the spot, rad.
 pub(super) const ASTRAY: f64 = 0.6;
 /// Turn rate for a radian of heading error, 1/s.
 const TURN_GAIN: f64 = 2.5;
@@ -55,19 +55,19 @@ pub enum Follower {
 }
 
 impl Follower {
-    /// For a path of straight legs; legs without length are skipped.
+    /// A follower for a path of straight legs; legs without length are skipped.
     #[must_use]
     pub fn new(path: &Path) -> Self {
         Self::Legs(LegFollower::new(path))
     }
 
-    /// For a rounded path.
+    /// A follower for a rounded path.
     #[must_use]
     pub fn rounded(pieces: &[Piece]) -> Self {
         Self::Curve(CurveFollower::new(pieces))
     }
 
-    /// What is still to be driven, from where the robot is.
+    /// The path that is still to be driven, from where the robot is.
     #[must_use]
     pub fn remaining(&self, position: Point2<f64>) -> Path {
         match self {
@@ -99,7 +99,7 @@ pub struct LegFollower {
 }
 
 impl LegFollower {
-    /// For a path; legs without length are skipped.
+    /// A follower for a path; legs without length are skipped.
     #[must_use]
     pub fn new(path: &Path) -> Self {
         Self {
@@ -162,7 +162,7 @@ impl LegFollower {
         let brake = BRAKING * model.max_acceleration;
         let next = self.legs.get(self.current + 1);
         let at_end = match next {
-            // A soft corner is taken at a speed that the turn can follow.
+            // A soft corner is taken at a speed for which the turn is fast enough.
             Some(next) if turn_between(leg, next) <= SOFT_CORNER => 0.4 * model.max_speed,
             _ => 0.0,
         };
@@ -176,7 +176,7 @@ impl LegFollower {
         Some((forward, turn))
     }
 
-    /// Angle between the leg before the current one and the current one; π where there is none.
+    /// Angle between the leg before the current one and the current one; π if there is none before.
     fn corner(&self) -> f64 {
         let before = self.current.checked_sub(1).and_then(|i| self.legs.get(i));
         match (before, self.legs.get(self.current)) {
@@ -186,7 +186,8 @@ impl LegFollower {
     }
 }
 
-/// Whether the robot turns on the spot: from a great error on, until it is small.
+/// Whether the robot turns on the spot: it starts at a large error, and goes on until the error is
+/// small.
 pub(super) fn turns_on_spot(is_turning: bool, error: f64) -> bool {
     if error.abs() > ASTRAY {
         true

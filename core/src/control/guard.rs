@@ -1,19 +1,18 @@
-//! Safe mode: commands are limited to what the last scan leaves free, whoever gives them.
+//! Safe mode: commands are limited to what the last scan leaves free, no matter who gives them.
 //!
-//! In: odometry, scans, and the command that is wished. Out: the command that is safe,
-//! [`Command::Stop`] if need be.
+//! In: odometry, scans, and the requested command. Out: the command that is safe, [`Command::Stop`]
+//! if need be.
 //!
 //! 1. A scan becomes points in the robot's frame, de-skewed by the odometry of its sweep; the
-//!    motion since is kept, and so is what has come too near to be seen.
-//! 2. Speeds: [`limit_speed`], and [`limit_among_walkers`] where somebody walks. A leg: no longer
-//!    than what is free on it.
-//! 3. A speed that is under way is limited again with each scan: somebody may have stepped in the
-//!    way.
-//! 4. A sensor that scans all the time and was not heard for half a second lets nothing move but a
-//!    turn on the spot, and stops what is under way. One that scans on command only limits legs by
-//!    its last scan, as old as that is; so does its pilot.
-//! 5. Its partial scans on the move show who came since: speeds are limited by that, a leg ends
-//!    where it is no longer safe ([`leg_is_safe`]).
+//!    motion since then is kept, and so is what has entered the blind zone.
+//! 2. Speeds: [`limit_speed`], and [`limit_among_walkers`] if there are walkers. A leg: no longer
+//!    than its free part.
+//! 3. A speed under way is limited again with each scan: somebody may have stepped into the way.
+//! 4. A sensor that scans all the time and was silent for half a second allows no motion but a turn
+//!    on the spot, and whatever is under way is stopped. A sensor that scans on command only limits
+//!    legs by its last scan, however old; its pilot does the same.
+//! 5. Its partial scans on the move show who came since: they limit speeds, and end a leg that is
+//!    no longer safe ([`leg_is_safe`]).
 //!
 //! Source: Celej §5.
 
@@ -28,10 +27,10 @@ use crate::robot::{Command, Odometry, RobotModel, Scan};
 /// Seconds of odometry that are kept: the slowest sweep is that of rangers on a servo.
 const HISTORY: f64 = 5.0;
 
-/// Speeds are averaged over so long, s.
+/// Speeds are averaged over this time, s.
 const RUNS: f64 = 0.1;
 
-/// Knows what is around the robot.
+/// Limits commands by what is around the robot.
 #[derive(Clone, Debug)]
 pub struct SafeMode {
     model: RobotModel,
@@ -40,22 +39,22 @@ pub struct SafeMode {
     history: MotionHistory,
     near: BlindZone,
     walkers: Walkers,
-    /// Of the last scan, and what it was too near to see.
+    /// Points of the last scan, and those in the blind zone.
     points: Option<Points>,
     motion_since_scan: Pose2,
-    /// Speeds that were let through last.
+    /// The speeds that were let through last.
     commanded: Speeds,
-    /// What is under way, as it was wished.
+    /// The command under way, as it was requested.
     wish: Command,
     /// What remains of a leg under way, m.
     leg: f64,
 }
 
-/// Scans scatter: a leg that was free is not given up for less, m.
+/// Scans scatter: a leg that was free is not stopped for less than this, m.
 const SCATTER: f64 = 0.02;
 
 impl SafeMode {
-    /// Before the first scan.
+    /// Safe mode before the first scan.
     #[must_use]
     pub fn new(model: RobotModel, scans_on_command: bool) -> Self {
         let near = match scans_on_command {
@@ -77,7 +76,7 @@ impl SafeMode {
         }
     }
 
-    /// Takes a motion; says what to tell the robot now, where its sensor has fallen silent while it
+    /// Takes a motion; returns what to tell the robot now, if its sensor has fallen silent while it
     /// drives.
     pub fn odometry(&mut self, odometry: &Odometry) -> Option<Command> {
         self.history.push(odometry);
@@ -88,7 +87,7 @@ impl SafeMode {
         (drives && self.is_blind()).then(|| self.limit(self.wish))
     }
 
-    /// Takes a scan; says what to tell the robot now, where that is no longer what it was.
+    /// Takes a scan; returns what to tell the robot now, if that has changed.
     pub fn scan(&mut self, scan: &Scan) -> Option<Command> {
         let moved = &self.motion_since_scan;
         let scan = self.near.without_folded(scan, moved);
@@ -100,8 +99,8 @@ impl SafeMode {
         self.again()
     }
 
-    /// Takes a partial scan: a few readings on the move, of a sensor that scans on command. Says
-    /// what to tell the robot now, where that is no longer what it was.
+    /// Takes a partial scan: a few readings on the move, of a sensor that scans on command. Returns
+    /// what to tell the robot now, if that has changed.
     pub fn partial_scan(&mut self, scan: &Scan) -> Option<Command> {
         let moved = self.motion_since_scan;
         let scan = self.near.without_folded(scan, &moved);
@@ -112,7 +111,7 @@ impl SafeMode {
         self.again()
     }
 
-    /// The command as far as it is safe.
+    /// The command, limited to what is safe.
     pub fn limit(&mut self, wish: Command) -> Command {
         self.wish = wish;
         let safe = self.safe(wish);
@@ -124,12 +123,12 @@ impl SafeMode {
         safe
     }
 
-    /// Forgets what is under way: the robot was stopped.
+    /// Forgets the command under way: the robot was stopped.
     pub fn stopped(&mut self) {
         (self.wish, self.commanded, self.leg) = (Command::Stop, (0.0, 0.0), 0.0);
     }
 
-    /// Checks again what is under way.
+    /// Checks the command under way again.
     fn again(&mut self) -> Option<Command> {
         match self.wish {
             Command::Velocity { .. } => {
@@ -145,7 +144,8 @@ impl SafeMode {
         }
     }
 
-    /// A leg slows down by itself where it ends; what came into its way since stops it.
+    /// Whether a leg may go on. A leg slows down by itself at its end; what has come into its way
+    /// stops it.
     fn is_safe_leg(&self) -> bool {
         let (walkers, underway) = (self.walkers.points(), self.underway());
         self.free_ahead(self.leg) + SCATTER >= self.braking(self.leg)
@@ -191,7 +191,7 @@ impl SafeMode {
             commanded: self.commanded,
             runs: self.history.speeds(RUNS),
             since_scan: self.motion_since_scan,
-            // A scan that was ordered is no older than the robot's place; partial scans are new.
+            // The age of a commanded scan does not matter: partial scans show who has come since.
             scan_age: match self.scans_on_command {
                 true => 0.0,
                 false => self.scan_age(),
@@ -208,7 +208,8 @@ impl SafeMode {
         })
     }
 
-    /// What the robot runs on, at most, after it was commanded to stop, m; not more than the leg.
+    /// Distance that the robot still moves at most after a command to stop, m; not more than the
+    /// leg.
     fn braking(&self, leg: f64) -> f64 {
         let braking = self.config.braking_of(self.model.max_acceleration);
         braking.way(self.model.max_speed).min(leg.abs())

@@ -1,4 +1,4 @@
-//! From a path to commands, and from any command to a safe one.
+//! From a path to commands, and from any command to a safe command.
 
 mod curve;
 mod ease;

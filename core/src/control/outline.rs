@@ -1,18 +1,18 @@
-//! Safe mode by the robot's outline: for ways that the disc around it does not pass.
+//! Safe mode by the robot's outline: for ways through which the disc around it does not fit.
 //!
-//! In: the speeds that are wished, the last scan's points, how the robot runs, its outline. Out:
+//! In: the requested speeds, the last scan's points, the robot's actual speeds, its outline. Out:
 //! speeds that stop before contact.
 //!
-//! 1. Turning: the outline is turned in steps of 2° for as far as the robot turns on before it
-//!    stands; the rate is such that it stands before a point would come into the outline. Unlike a
-//!    disc an outline can touch by turning alone.
+//! 1. Turning: the outline is turned in steps of 2° over the angle that the robot needs to stop;
+//!    the rate is limited so that it stops before a point comes into the outline. Unlike a disc, an
+//!    outline can touch by turning alone.
 //! 2. Driving: the outline is moved along the arcs of [`super::safe`], in steps of a centimetre.
-//!    The first point that comes into it gives the free distance, and speed follows from that as
-//!    for the disc.
-//! 3. Both with the gap around the outline; where that leaves nothing, creeping with a centimetre
-//!    around it, for points of door posts scatter. A point that is nearer than that already may
-//!    come nearer by a little, but to within 5 mm of the body only: a bound that is taken again at
-//!    each tick would let the robot creep into a wall, tick by tick.
+//!    The first point that comes into it gives the free distance, and the speed follows from that
+//!    as for the disc.
+//! 3. Both are done with the gap around the outline; if that leaves no speed, the robot creeps with
+//!    a centimetre around it, because points of door posts scatter. A point that is already nearer
+//!    may come a little nearer, but never nearer than 5 mm to the body: a bound that is taken anew
+//!    at each tick would let the robot creep into a wall, tick by tick.
 
 use nalgebra::Point2;
 
@@ -25,15 +25,15 @@ use crate::robot::RobotModel;
 /// Steps along an arc, m, and of a turn, rad.
 const STEP: f64 = 0.01;
 const TURN_STEP: f64 = 0.035;
-/// Points scatter: one that is in the way already may come nearer by so much, m, and to the body no
-/// nearer than the same.
+/// Points scatter: one that is already in the way may come nearer by this much, m, but to the body
+/// no nearer than the same.
 const SCATTER: f64 = 0.005;
-/// What moves away from a point or along it may come nearer by rounding, m.
+/// A point that the outline moves away from or along may come nearer by rounding, m.
 const ROUNDING: f64 = 1e-9;
-/// Turning with next to no room is no faster, rad/s.
+/// With next to no room the robot turns no faster than this, rad/s.
 const SLOW_TURN: f64 = 0.2;
 
-/// The speeds (m/s, rad/s) that are safe for an outline; those for the disc where the robot is one.
+/// The speeds (m/s, rad/s) that are safe for an outline, or for the disc if the robot is one.
 #[must_use]
 pub fn limit_outline(wish: Speeds, points: &Points, underway: &Underway, limits: Limits) -> Speeds {
     let (model, config) = limits;
@@ -109,7 +109,7 @@ fn free_distance(outline: &Grown, (forward, turn): Speeds, near: &[Point2<f64>],
 /// The robot's outline with a margin around it.
 struct Grown {
     outline: Footprint,
-    /// m.
+    /// Margin, m.
     margin: f64,
 }
 
@@ -120,8 +120,8 @@ impl Grown {
         Some(Self { outline, margin })
     }
 
-    /// How many of the steps can be done before a point comes into the outline, or deeper into it
-    /// by more than it scatters.
+    /// How many of the steps can be done before a point comes into the outline, or goes deeper into
+    /// it by more than points scatter.
     fn free_steps(
         &self,
         near: &[Point2<f64>],

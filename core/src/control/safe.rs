@@ -1,24 +1,24 @@
 //! Safe mode: no command, by hand or by pilot, drives into what the last scan saw.
 //!
-//! In: the speeds that are wished, the last scan's points, how the robot runs. Out: speeds that
+//! In: the requested speeds, the last scan's points, the robot's actual speeds. Out: speeds that
 //! stop before contact.
 //!
-//! 1. The points are moved into the robot's present frame by odometry.
-//! 2. The robot's disc is swept ([`super::strip`]) along the arc of the wished speeds, along the
-//!    commanded ones and those it runs on, and straight on: the turn rate takes a second to change,
-//!    and the robot is somewhere between them. The first point that it would touch gives the free
-//!    distance. Points that the disc moves away from do not count, so that backing off a wall stays
-//!    possible.
+//! 1. The points are moved into the robot's current frame by odometry.
+//! 2. The robot's disc is swept ([`super::strip`]) along the arc of the requested speeds, of the
+//!    commanded speeds and of the actual speeds, and straight on: the turn rate takes a second to
+//!    change, and the true motion is somewhere between them. The first point that it would touch
+//!    gives the free distance. Points that the disc moves away from do not count, so backing off a
+//!    wall stays possible.
 //! 3. Speed: v t + v²/(2 a) may not exceed the free distance, with reaction time t and braking a.
 //!    Turning on the spot is never limited.
-//! 4. A robot that stands beside a wall, nearer than it would go there, may creep along it, but no
-//!    nearer than a centimetre: points scatter, and some of them always seem to come nearer.
-//! 5. Tracks slip, so that a robot that turns on the spot wanders by a centimetre a second, and no
-//!    encoder shows it. One that is driven by hand and has come too near to something that way is
+//! 4. A robot that stands beside a wall, nearer than it would approach it, may creep along it, but
+//!    no nearer than a centimetre: points scatter, and some of them always seem to come nearer.
+//! 5. Tracks slip, so a robot that turns on the spot wanders by a centimetre a second, unseen by
+//!    any encoder. A robot that is driven by hand and has come too near to something in this way is
 //!    eased off it ([`super::ease`]) while it turns.
 //!
-//! What is thinner than the gap between two beams, a wall without thickness seen end-on, is hidden
-//! from a scan, and so from this.
+//! Anything thinner than the gap between two beams, such as a wall without thickness seen end-on,
+//! is hidden from a scan, and so from safe mode.
 //!
 //! Source: Celej §5 (safe mode); braking distance plus reaction time as in the specification.
 
@@ -29,7 +29,7 @@ use crate::geom::Pose2;
 use crate::points::Points;
 use crate::robot::RobotModel;
 
-/// Part of the robot's acceleration that braking counts on.
+/// Fraction of the robot's acceleration that braking counts on.
 pub(super) const BRAKING: f64 = 0.7;
 
 config! {
@@ -56,7 +56,7 @@ config! {
 }
 
 impl SafeConfig {
-    /// How a robot of this greatest acceleration comes to stand.
+    /// How a robot with this greatest acceleration brakes.
     pub(super) fn braking_of(&self, acceleration: f64) -> Braking {
         Braking {
             deceleration: BRAKING * acceleration,
@@ -64,9 +64,9 @@ impl SafeConfig {
         }
     }
 
-    /// For driving by hand: nobody steers through gaps by the millimetre, and whoever leans on the
-    /// key at a wall must not creep into it scan by scan. With the robot's radius, the gap is more
-    /// than the 0.15 m within which a lidar is blind.
+    /// For driving by hand: people do not steer through gaps by the millimetre, and a key held down
+    /// at a wall must not make the robot creep into it scan by scan. The robot's radius and the gap
+    /// together exceed the 0.15 m within which a lidar is blind.
     #[must_use]
     pub fn by_hand(self) -> Self {
         Self {
@@ -78,7 +78,7 @@ impl SafeConfig {
     }
 }
 
-/// How a robot comes to stand: in m, m/s and m/s², or in rad, rad/s and rad/s².
+/// How a robot brakes: in m, m/s and m/s², or in rad, rad/s and rad/s².
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Braking {
     pub(super) deceleration: f64,
@@ -86,13 +86,13 @@ pub(super) struct Braking {
 }
 
 impl Braking {
-    /// The way on which it comes to stand, v t + v²/(2 a).
+    /// The stopping distance, v t + v²/(2 a).
     pub(super) fn way(&self, speed: f64) -> f64 {
         speed.abs() * self.reaction + speed * speed / (2.0 * self.deceleration)
     }
 
-    /// The greatest speed from which it comes to stand within `free`, the solution of v t + v²/(2
-    /// a) = d; at most `wish`, from which it does within `longest`.
+    /// The greatest speed with a stopping distance within `free`, the solution of v t + v²/(2 a) =
+    /// d; at most `wish`, whose stopping distance is `longest`.
     pub(super) fn speed_within(&self, free: f64, wish: f64, longest: f64) -> f64 {
         if free >= longest {
             return wish.abs();
@@ -108,30 +108,30 @@ pub type Speeds = (f64, f64);
 /// What a robot can do, and how cautious it is to be.
 pub type Limits<'a> = (&'a RobotModel, &'a SafeConfig);
 
-/// What a robot is at when it gets another command.
+/// The motion of a robot when it gets another command.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Underway {
-    /// Speeds that it was commanded last, m/s and rad/s.
+    /// The speeds that were commanded last, m/s and rad/s.
     pub commanded: Speeds,
-    /// Speeds at which it runs, by odometry: motors take time.
+    /// The actual speeds, by odometry: motors take time.
     pub runs: Speeds,
     /// `robot_at_scan_from_robot`: the motion since the last scan.
     pub since_scan: Pose2,
-    /// How long ago that was, s.
+    /// Age of that scan, s.
     pub scan_age: f64,
 }
 
 impl Underway {
-    /// Turn rates between which it is, once it is commanded to turn at `turn`, rad/s.
+    /// Turn rates that bound the true one after a command to turn at `turn`, rad/s.
     pub(super) fn turns(&self, turn: f64) -> [f64; 4] {
         [turn, self.commanded.1, self.runs.1, 0.0]
     }
 }
 
-/// Along a wall that is nearer than [`SafeConfig::gap`] the robot runs no faster, m/s.
+/// Along a wall nearer than [`SafeConfig::gap`] the robot drives no faster than this, m/s.
 pub(super) const CREEP: f64 = 0.1;
 
-/// The speeds (m/s, rad/s) that are safe, for a robot that is at something.
+/// The speeds (m/s, rad/s) that are safe, for a robot in motion.
 #[must_use]
 pub fn limit_speed(wish: Speeds, points: &Points, underway: &Underway, limits: Limits) -> Speeds {
     let (model, config) = limits;
@@ -145,8 +145,8 @@ pub fn limit_speed(wish: Speeds, points: &Points, underway: &Underway, limits: L
     (off, turn)
 }
 
-/// The forward speed that is safe at a turn rate, both of them such that the robot can run them;
-/// m/s.
+/// The safe forward speed at a turn rate, m/s; both requested speeds must be within the robot's
+/// limits.
 fn limit_forward(wish: Speeds, points: &Points, underway: &Underway, limits: Limits) -> f64 {
     let ((forward, turn), (model, config)) = (wish, limits);
     if forward == 0.0 {
@@ -163,8 +163,8 @@ fn limit_forward(wish: Speeds, points: &Points, underway: &Underway, limits: Lim
     if near.is_empty() {
         return forward;
     }
-    // What it runs on is an arc of its own: commanded to turn less, it is still on the narrower
-    // one.
+    // The actual speeds are an arc of their own: a robot commanded to turn less is still on the
+    // narrower arc.
     let runs = (underway.runs.0 * forward > 0.0).then_some(underway.runs);
     let arcs = underway.turns(turn).map(|turn| (forward, turn));
     let free_on_arcs = |strip: &Strip| {
@@ -182,7 +182,7 @@ fn limit_forward(wish: Speeds, points: &Points, underway: &Underway, limits: Lim
     speed.copysign(forward)
 }
 
-/// The speeds (m/s, rad/s) as far as the robot can run them; 0 for what is no number.
+/// The speeds (m/s, rad/s) limited to what the robot can do; 0 for NaN.
 #[must_use]
 pub fn within_model((forward, turn): Speeds, model: &RobotModel) -> Speeds {
     let bounded = |wish: f64, most: f64| {

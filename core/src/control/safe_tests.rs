@@ -13,7 +13,8 @@ use crate::points::Points;
 use crate::points::fixture::{beam_along, range_to, scan_of, scan_of_hits};
 use crate::robot::RobotModel;
 
-/// What a lidar in the middle of the robot sees of walls, 360 beams, each off by at most `noise`.
+/// What a lidar at the robot's centre sees of walls: 360 beams, each with an error of at most
+/// `noise`.
 fn look(pose: &Pose2, walls: &[Segment], noise: f64, rng: &mut ChaCha8Rng) -> Points {
     let mut beam = |beam_idx: u32| {
         let (sin, cos) = sin_cos(f64::from(beam_idx).to_radians());
@@ -24,19 +25,19 @@ fn look(pose: &Pose2, walls: &[Segment], noise: f64, rng: &mut ChaCha8Rng) -> Po
     scan_of((0..360).map(&mut beam))
 }
 
-/// What became of a robot under a stick.
+/// The result of driving a robot by a joystick.
 struct Driven {
     way: f64,
     least_room: f64,
 }
 
-/// What goes as it will.
+/// Random errors.
 #[derive(Clone, Copy, Default)]
 struct Chance {
     seed: u64,
-    /// Of a range, at most, m.
+    /// Greatest error of a range, m.
     noise: f64,
-    /// Variance of what a track slips, for each metre it runs, m²/m: no encoder tells it.
+    /// Variance of a track's slip for each metre it runs, m²/m: no encoder shows it.
     slip: f64,
 }
 
@@ -48,14 +49,15 @@ impl Chance {
         }
     }
 
-    /// How far both tracks slip to the fore in a tick, m; of the variance of a normal one.
+    /// How far both tracks slip forward in a tick, m: uniformly distributed, with the variance of
+    /// normal slip.
     fn slipped(&self, turn: f64, model: &RobotModel, rng: &mut ChaCha8Rng) -> f64 {
         let of_track = 0.5 * model.track_width * turn.abs() * TICK * self.slip;
         (3.0 * 0.5 * of_track).sqrt() * rng.random_range(-1.0..1.0)
     }
 }
 
-/// Ticks of `stick` (forward, turn) from a pose; it scans every fourth tick.
+/// Ticks of `stick` (forward, turn) from a pose; the robot scans every fourth tick.
 fn under_stick(
     mut pose: Pose2,
     walls: &[Segment],
@@ -108,8 +110,8 @@ fn room(half: f64) -> Vec<Segment> {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
-    /// Motors take a second to turn the other way, and the arc that is swept meanwhile is none of
-    /// the commanded ones.
+    /// Motors take a second to turn the other way, and the arc swept meanwhile is none of the
+    /// commanded arcs.
     #[test]
     fn a_stick_thrown_to_and_fro_touches_nothing(
         throws in proptest::collection::vec((prop_oneof![Just(1.0), Just(1.0), Just(-1.0)], -1.0..=1.0_f64, 4..20_usize), 6..12),
@@ -117,7 +119,8 @@ proptest! {
     ) {
         let model = if pioneer { RobotModel::pioneer() } else { RobotModel::rp6() };
         let mut walls = room(2.5);
-        // As thick as a wall is: the end of one without thickness hides between two beams.
+        // As thick as a real wall: the end of a wall without thickness would hide between two
+        // beams.
         let spur = [(0.75, -2.5), (0.75, -1.9), (0.85, -1.9), (0.85, -2.5)].map(|(x, y)| Point2::new(x, y));
         walls.extend(spur.windows(2).map(|ends| Segment::new(ends[0], ends[1])));
         let stick: Vec<_> = throws.iter().flat_map(|&(forward, turn, ticks)| {
@@ -159,8 +162,8 @@ fn who_leans_on_the_stick_before_a_wall_does_not_creep_into_it() {
     }
 }
 
-/// As a pioneer did that stood at 53° to the wall of a corridor: it crept on until what its tracks
-/// slipped was enough to touch it.
+/// Regression: a pioneer that stood at 53° to the wall of a corridor crept on until the slip of its
+/// tracks was enough to touch it.
 #[test]
 fn a_wall_aslant_is_not_crept_into() {
     let model = RobotModel::pioneer();
@@ -180,7 +183,7 @@ fn a_wall_aslant_is_not_crept_into() {
     }
 }
 
-/// As pioneers did that were turned round and round a centimetre from a wall.
+/// Regression: pioneers that were turned round and round a centimetre from a wall.
 #[test]
 fn who_turns_before_a_wall_on_tracks_that_slip_is_eased_off_it() {
     let model = RobotModel::pioneer();
@@ -207,8 +210,8 @@ fn who_turns_before_a_wall_on_tracks_that_slip_is_eased_off_it() {
 fn what_the_robot_still_turns_into_slows_it() {
     let model = RobotModel::pioneer();
     let config = SafeConfig::default();
-    // 0.4 m/s at 1.4 rad/s to the right lead into it; commanded to turn left, the robot is a second
-    // away from doing so.
+    // 0.4 m/s at 1.4 rad/s to the right leads into it; after a command to turn left, the robot
+    // needs a second to do so.
     let wall = [Segment::new(
         Point2::new(0.2, -0.45),
         Point2::new(0.5, -0.45),
@@ -245,8 +248,8 @@ fn among_walkers_the_way_they_may_walk_unseen_counts() {
         let walkers = [Point2::new(distance, 0.0)];
         limit_among_walkers((0.7, 0.0), &walkers, &underway, (&model, &config)).0
     };
-    // d = u (t + v/a) + s + r, with s = v t + v²/(2 a): the greatest v of a twentieth of 0.7 m/s
-    // that has it.
+    // d = u (t + v/a) + s + r, with s = v t + v²/(2 a): the greatest multiple v of a twentieth of
+    // 0.7 m/s that satisfies it.
     let needs = |v: f64, t: f64| {
         let way = v * config.reaction + v * v / (2.0 * brake);
         separation::WALKING * (t + v / brake) + way + model.radius()
@@ -273,11 +276,11 @@ fn a_leg_goes_on_only_where_its_full_speed_is_safe() {
     for (at, forward, goes_on) in [
         (needs + 1e-6, 0.3, true),
         (needs - 1e-6, 0.3, false),
-        // However slow it is on its leg yet: it will be as fast.
+        // However slow it still is on its leg: it will be as fast.
         (needs - 1e-6, 0.1, false),
         (-0.3, 0.3, true),
         (-0.3, -0.3, false),
-        // It is at its end.
+        // It is at the end of its leg.
         (0.3, 0.005, true),
     ] {
         let walkers = [Point2::new(at, 0.0)];
@@ -287,7 +290,7 @@ fn a_leg_goes_on_only_where_its_full_speed_is_safe() {
     }
 }
 
-/// A post of one or two points beside the heading is no wall that may be crept along.
+/// A post of one or two points beside the heading is not a wall along which it may creep.
 #[test]
 fn a_thin_post_beside_the_heading_is_not_driven_into() {
     for model in [RobotModel::pioneer(), RobotModel::rp6()] {
@@ -309,8 +312,8 @@ fn a_thin_post_beside_the_heading_is_not_driven_into() {
     }
 }
 
-/// The least room that remains between the robot and any of the points while the stick is pushed to
-/// the fore, m.
+/// The least room that remains between the robot and any of the points while the stick is pushed
+/// forward, m.
 fn towards(posts: &[Point2<f64>], model: &RobotModel, config: &SafeConfig) -> f64 {
     let mut pose = Pose2::identity();
     let mut underway = Underway::default();

@@ -1,17 +1,18 @@
-//! Keeping apart from people: no faster than lets the robot stand before somebody who walks can be
+//! Keeping apart from people: the robot drives only so fast that it can stop before a walker can be
 //! in its way.
 //!
-//! In: speeds that are safe among things that stand still, and the points of those who walk
-//! ([`crate::points::Walkers`]). Out: speeds at which the robot stands before any of them, walking
-//! whichever way they like, can be where its front comes.
+//! In: speeds that are safe among things that stand still, and the points of walkers
+//! ([`crate::points::Walkers`]). Out: speeds at which the robot can stop before any of them,
+//! walking in any direction, can reach the path of its front.
 //!
-//! 1. At speed v the robot stands after T = t + v/a and s = v t + v²/(2 a), with reaction time t
-//!    and braking a.
-//! 2. Its front sweeps the disc along s, on the arcs of the commanded speeds and of those wished
-//!    for. Somebody at distance d of that needs d / u at walking speed u. So d ≥ u T is asked for,
-//!    and the greatest such v is taken; none where even v = 0 has less.
-//! 3. They walk on while a lidar is silent: t grows with the age of the scan.
-//! 4. Whoever is behind the middle of the robot, as it drives, is not driven into.
+//! 1. From speed v the robot stops within T = t + v/a and s = v t + v²/(2 a), with reaction time t
+//!    and deceleration a.
+//! 2. Its front sweeps the disc along s, on the arcs of the commanded and of the requested speeds.
+//!    A walker at distance d of that needs d / u at walking speed u. So d ≥ u T is required, and
+//!    the greatest such v is taken; 0 if even v = 0 violates it.
+//! 3. Walkers go on while a lidar is silent: t grows with the age of the scan.
+//! 4. Walkers behind the robot's centre, in its driving direction, do not count: it does not drive
+//!    into them.
 //!
 //! Source: speed and separation monitoring, ISO/TS 15066:2016 §5.5.4, with the person's speed from
 //! ISO 13855 made a setting.
@@ -22,22 +23,22 @@ use super::safe::{BRAKING, Limits, Speeds, Underway};
 use super::strip::arc;
 use crate::geom::Length;
 
-/// How fast people walk, m/s. Larger: the robot slows down farther from them, and they have to be
-/// farther away for it to go on.
+/// Walking speed of people, m/s. Larger: the robot slows down farther from them, and they have to
+/// be farther away for it to go on.
 pub(super) const WALKING: f64 = 1.2;
-/// Speeds that are tried between none and the wished one.
+/// Number of speeds that are tried between 0 and the requested one.
 const TRIED: u32 = 20;
-/// Places of the swept disc that are looked at, m apart.
+/// Spacing of the places of the swept disc that are examined, m.
 const STEP: f64 = 0.05;
 
-/// A lidar is this old when it is as new as can be, s: [`SafeConfig::reaction`] counts on it.
+/// A lidar scan is at least this old when it is used, s: [`SafeConfig::reaction`] includes it.
 const FRESH: f64 = 0.2;
 
-/// Slower than this a robot is about to stand, m/s.
+/// Below this speed a robot is about to stand, m/s.
 const STANDS: f64 = 0.01;
 
-/// Whether a robot on a straight leg, which runs forward (or back, where negative) as fast as it
-/// can, may go on among those who walk: a leg cannot be slowed down, only stopped. `walkers` as for
+/// Whether a robot on a straight leg, which drives forward (back if negative) at full speed, may go
+/// on among walkers: a leg cannot be slowed down, only stopped. `walkers` as for
 /// [`limit_among_walkers`].
 #[must_use]
 pub fn leg_is_safe(
@@ -51,8 +52,8 @@ pub fn leg_is_safe(
     forward.abs() < STANDS || safe == wish
 }
 
-/// The speeds (m/s, rad/s) that are safe among those who walk, for a robot that is at something.
-/// `walkers` stand in the robot frame of the last scan.
+/// The speeds (m/s, rad/s) that are safe among walkers, for a robot in motion. `walkers` are in the
+/// robot frame of the last scan.
 #[must_use]
 pub fn limit_among_walkers(
     (forward, turn): Speeds,
@@ -69,7 +70,7 @@ pub fn limit_among_walkers(
         .map(|walker| robot_from_scan * *walker)
         .filter(|walker| walker.x * forward > 0.0)
         .collect();
-    // Nobody waits while the lidar says nothing.
+    // Walkers do not wait while the lidar is silent.
     let reaction = config.reaction + (underway.scan_age - FRESH).max(0.0);
     let brake = BRAKING * model.max_acceleration;
     let is_safe = |speed: f64| {

@@ -1,15 +1,15 @@
-//! The strip that a robot's disc sweeps, and what stands in it.
+//! The strip that a robot's disc sweeps, and the points in it.
 //!
 //! In: the points of a scan, the arc of two speeds. Out: how far the disc moves along it before it
 //! touches a point.
 //!
-//! 1. The disc goes along the arc in steps of a centimetre, and may grow on its way.
-//! 2. A point is touched where the disc reaches it and comes nearer to it; what it moves away from
-//!    is not in its way.
-//! 3. Beside a wall ([`Strip::beside_wall`]) the disc is made as small as it has room now, points
-//!    beside it may come a little nearer, and single ones do not count, for the noise of them, but
-//!    for one that the robot itself would touch: it may be a thin post. Not where something is in
-//!    front that it is too near to already.
+//! 1. The disc goes along the arc in steps of a centimetre, and may grow with the distance.
+//! 2. A point is touched when the disc reaches it and comes nearer to it; points that the disc
+//!    moves away from are not in its way.
+//! 3. Beside a wall ([`Strip::beside_wall`]) the disc is shrunk to the room that it has now, points
+//!    beside it may come a little nearer, and because of noise single points do not count, except
+//!    one that the robot itself would touch: it may be a thin post. This does not apply when
+//!    something in front is already too near.
 
 use nalgebra::Point2;
 
@@ -19,22 +19,24 @@ use crate::points::Points;
 
 /// Step along the arc, m.
 const STEP: f64 = 0.01;
-/// How much nearer to points of a wall that it stands beside the robot may come, m: they scatter by
+/// How much nearer the robot may come to points of a wall that it stands beside, m: they scatter by
 /// as much.
 const SCATTER: f64 = 0.01;
-/// Room from which on points may come nearer by that, and room that all keep, m.
+/// Above this room points may come nearer by [`SCATTER`], m; and the least room that all points
+/// keep, m.
 pub(super) const TIGHT: f64 = 0.02;
 pub(super) const LEAST: f64 = 0.01;
-/// Beside a wall so many points at once are needed to touch it: single ones are noise.
+/// Beside a wall this many points at once are needed to touch it: single ones are noise.
 const SEVERAL: usize = 3;
-/// What lies within 45° of where the robot drives is in front: the cosine. One point will do.
+/// What lies within 45° of the driving direction is in front: the cosine. One point is enough.
 const IN_FRONT: f64 = 0.71;
-/// A wall whose points, by how near they are, lie less than 70° from where it drives is in front as
-/// well, in the mean: the cosine. Along it the robot would come nearer by a third of its way.
+/// A wall whose points, weighted by their depth, lie less than 70° from the driving direction on
+/// average is in front as well: the cosine. Along it the robot would come nearer by a third of the
+/// distance driven.
 const ASLANT: f64 = 0.35;
 
 /// How far a disc of `radius` moves along the arc of the given speeds before it touches a point of
-/// the scan, m; `most` where it does not.
+/// the scan, m; `most` if it does not.
 #[must_use]
 pub fn free_distance(
     speeds: Speeds,
@@ -52,20 +54,20 @@ pub fn free_distance(
     strip.free_distance(speeds, &near, most)
 }
 
-/// What is swept: a disc that grows on its way.
+/// The swept area: a disc that grows with the distance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Strip {
-    /// m.
+    /// Radius at the beginning, m.
     pub(super) radius: f64,
-    /// m/m.
+    /// Growth of the radius with the distance, m/m.
     pub(super) spread: f64,
-    /// Beside a wall, where points may come nearer by a little: the distance that they keep all the
-    /// same, m.
+    /// Beside a wall, where points may come a little nearer: the distance that they keep
+    /// nevertheless, m.
     pub(super) least: Option<f64>,
 }
 
 impl Strip {
-    /// Points that the disc may touch within `most` metres, robot frame now.
+    /// Points that the disc may touch within `most` metres, in the current robot frame.
     pub(super) fn near(
         &self,
         points: &Points,
@@ -119,8 +121,8 @@ impl Strip {
         most
     }
 
-    /// The strip of a robot (its disc has `radius`) that stands nearer to a wall than this strip
-    /// allows; `None` where that wall is in front of it as it drives `forward`.
+    /// The strip of a robot (with a disc of `radius`) that stands nearer to a wall than this strip
+    /// allows; `None` if that wall is in front of it as it drives `forward`.
     pub(super) fn beside_wall(
         &self,
         near: &[Point2<f64>],
@@ -128,7 +130,7 @@ impl Strip {
         radius: f64,
     ) -> Option<Self> {
         let mut nearest = f64::INFINITY;
-        // Left and right: depths, and their parts in front.
+        // Left and right: sums of depths, and of their components in front.
         let mut sides = [(0.0, 0.0); 2];
         for point in near {
             let distance = point.coords.length();
@@ -160,7 +162,7 @@ impl Strip {
     }
 }
 
-/// Points of the scan within `reach` of the robot now, robot frame now.
+/// Points of the scan within `reach` of the robot, in its current frame.
 pub(super) fn points_within(
     points: &Points,
     robot_at_scan_from_robot: &Pose2,

@@ -12,7 +12,7 @@ use crate::robot::{RobotModel, Stamp};
 
 pub(super) const TICK: f64 = 0.05;
 
-/// Speeds that follow the wish within the model's accelerations, then the midpoint rule.
+/// Speeds that follow the request within the model's accelerations, then the midpoint rule.
 pub(super) fn drive(
     pose: Pose2,
     speeds: &mut (f64, f64),
@@ -69,12 +69,12 @@ proptest! {
             off = path.legs().map(|leg| leg.distance(pose.position())).fold(f64::INFINITY, f64::min).max(off);
         }
         prop_assert!(arrived, "still at {pose:?}");
-        // It stops where it arrived, at the end of the path, never far from it.
+        // It stops where it arrived, at the end of the path, and was never far from the path.
         while speeds.0 > 1e-6 { pose = drive(pose, &mut speeds, (0.0, 0.0), &model); }
         let end = path.points[path.points.len() - 1];
         prop_assert!((pose.position() - end).length() < 0.05, "{} m from the end", (pose.position() - end).length());
         prop_assert!(off < 0.08, "{off} m off the path");
-        // All turning together is little more than the corners ask for: no swinging.
+        // All turns together are little more than the corners require: no swinging.
         let mut asked = std::f64::consts::PI;
         let directions: Vec<_> = path.legs().map(|leg| leg.vector()).collect();
         for pair in directions.windows(2) {
@@ -94,8 +94,8 @@ proptest! {
         } else {
             0.8
         };
-        // Marched in steps of 1 cm, never too far; a graze shorter than a step may be stepped over
-        // by a hair.
+        // Marched in steps of 1 cm, never too far; a graze shorter than a step may just be stepped
+        // over.
         let grazes = radius - y.abs() < 2e-4;
         prop_assert!(grazes || (found <= expect + 1e-9 && found >= expect - 0.0101), "{found} for {expect}");
     }
@@ -108,7 +108,7 @@ proptest! {
         prop_assert!(v >= 0.0 && v <= forward && turn == 0.0);
         let needs = v * config.reaction + v * v / (2.0 * safe::BRAKING * model.max_acceleration);
         prop_assert!(needs <= distance - config.gap + 1e-9);
-        // And no slower than it has to be, but for the step of the march.
+        // And it is no slower than necessary, except for the step of the march.
         let w = v + 1e-6;
         let more = w * config.reaction + w * w / (2.0 * safe::BRAKING * model.max_acceleration);
         prop_assert!(v == forward || more > distance - config.gap - 0.0101);

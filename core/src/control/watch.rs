@@ -1,4 +1,4 @@
-//! Notices that a robot that should move does not.
+//! Notices when a robot that should move does not.
 
 use crate::geom::{Length, Pose2, wrap};
 use crate::robot::Stamp;
@@ -9,12 +9,12 @@ pub struct ProgressWatch {
     anchor: Option<(Stamp, Pose2)>,
 }
 
-/// Less than this is no progress, m and rad.
+/// Motion below which there is no progress, m and rad.
 const MOVED: f64 = 0.04;
 const TURNED: f64 = 0.3;
 
 impl ProgressWatch {
-    /// Begins again: the robot got another command.
+    /// Starts again: the robot got another command.
     pub fn reset(&mut self) {
         self.anchor = None;
     }

@@ -1,22 +1,22 @@
-//! The dynamic window: of all speeds that the robot can have a moment from now, those that bring it
-//! nearest to its way and keep it free.
+//! The dynamic window: of all speeds that the robot can have a moment from now, those that best
+//! keep it on its way and in free space.
 //!
-//! In: a point on the way ahead, what stands around, the speeds at which the robot runs. Out: the
-//! speeds to command next.
+//! In: a point on the way ahead, the points around, the robot's actual speeds. Out: the speeds to
+//! command next.
 //!
 //! 1. The window: forward speeds and turn rates within what the motors can change in
 //!    [`PERIOD`].
 //! 2. Each pair is an arc; its free distance is where the robot's disc would first touch a point,
 //!    exactly ([`free_on_arc`]).
-//! 3. A pair is admissible if the robot can stand within that distance: v t + v²/(2 a), with safe
-//!    mode's reaction and braking. Its speed then is what [`super::limit_among_walkers`] leaves of
-//!    it: who may walk on would cut it to that anyway.
+//! 3. A pair is admissible if the robot can stop within that distance: v t + v²/(2 a), with safe
+//!    mode's reaction and braking. Its speed is then limited by [`super::limit_among_walkers`], as
+//!    safe mode would do anyway.
 //! 4. Of those the one with the greatest G = α heading + β distance + γ speed is taken, each term
-//!    between 0 and 1: how straight the robot will look at the point on its way, how far the arc is
-//!    free, how fast it is.
+//!    between 0 and 1: how well the robot will face the point on its way, how far the arc is free,
+//!    how fast it is.
 //!
-//! The free distance of an arc keeps off people by [`BERTH`] more: who passes them
-//! nearer is slowed down by them.
+//! The free distance of an arc keeps an additional [`BERTH`] from people: passing them nearer would
+//! slow the robot down.
 //!
 //! Source: Fox, Burgard & Thrun (1997), "The dynamic window approach to collision avoidance", eqs.
 //! (13) to (16), without smoothing; the reaction time is ours.
@@ -32,54 +32,53 @@ use crate::geom::{Length, wrap};
 use crate::points::Points;
 use crate::robot::RobotModel;
 
-/// What the pilot does about people in its way.
+/// What the pilot does about people who block its way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Avoidance {
-    /// Keeps to its way, slows down, waits, and plans again.
+    /// It keeps to its way, slows down, waits, and plans again.
     #[default]
     KeepsToWay,
-    /// The same, but leaves its way by the dynamic window while somebody who walks about holds it
-    /// up.
+    /// The same, but it leaves its way by the dynamic window while a walker holds it up.
     DynamicWindow,
 }
 
 impl Avoidance {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All variants, with their names in settings and their names for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("keep-to-way", Self::KeepsToWay, "keeps to its way"),
         ("dynamic-window", Self::DynamicWindow, "dynamic window"),
     ];
 }
 
-/// Time after which the speeds that are chosen hold, s, as in the paper. Larger: a wider window.
+/// Time after which the chosen speeds are reached, s, as in the paper. Larger: a wider window.
 const PERIOD: f64 = 0.25;
-/// α: of looking at the point on the way, as in the paper. Larger: it stays nearer to its way.
+/// α: weight of facing the point on the way, as in the paper. Larger: it stays nearer to its way.
 const HEADING: f64 = 2.0;
-/// β: of a free arc. Larger: it makes wider turns around people.
+/// β: weight of a free arc. Larger: it makes wider turns around people.
 const DISTANCE: f64 = 0.2;
-/// γ: of speed. Larger: it would rather go past than wait.
+/// γ: weight of speed. Larger: it prefers passing to waiting.
 const SPEED: f64 = 0.2;
-/// What is free for so long a way is free, m.
+/// An arc that is free for this distance counts as fully free, m.
 const FAR: f64 = 2.0;
-/// Room that an arc keeps to people beyond that to things to count as free, m.
+/// Additional room that an arc keeps from people, beyond that from things, m.
 const BERTH: f64 = 0.4;
-/// Speeds and turn rates that are tried: so many of either.
+/// Speeds and turn rates that are tried: this many of each.
 const SPEEDS: u32 = 5;
 const TURNS: u32 = 15;
-/// Turn rates below this make a straight line, rad/m.
+/// Curvatures below this make a straight line, rad/m.
 const STRAIGHT: f64 = 1e-6;
 
-/// What stands around, robot frame of the last scan, m.
+/// The points around, robot frame of the last scan, m.
 #[derive(Clone, Copy, Debug)]
 pub struct People<'a> {
     /// All points.
     pub points: &'a Points,
-    /// Those of who walks.
+    /// Those of walkers.
     pub walkers: &'a [Point2<f64>],
 }
 
 /// The speeds (m/s, rad/s) with the greatest G for a robot that wants to `aim` (robot frame, m);
-/// `None` where none is admissible.
+/// `None` if none is admissible.
 #[must_use]
 pub fn choose_in_window(
     aim: Point2<f64>,
@@ -114,7 +113,7 @@ pub fn choose_in_window(
     best.map(|(_, speeds)| speeds)
 }
 
-/// Step 1: pairs all over the window, forward only.
+/// Step 1: pairs that cover the window, forward only.
 fn window((forward, turn): Speeds, model: &RobotModel) -> impl Iterator<Item = Speeds> {
     let over = |at: f64, by: f64, [least, most]: [f64; 2], number: u32| {
         let (low, high) = ((at - by).clamp(least, most), (at + by).clamp(least, most));
@@ -133,8 +132,8 @@ fn window((forward, turn): Speeds, model: &RobotModel) -> impl Iterator<Item = S
     })
 }
 
-/// By how much the robot will not look at `aim`, once it has run so for `period` and stopped
-/// turning, rad.
+/// By what angle the robot will not face `aim`, once it has driven like this for [`PERIOD`] and
+/// stopped turning, rad.
 fn heading_error(aim: Point2<f64>, (forward, turn): Speeds, model: &RobotModel) -> f64 {
     let at = arc(forward * PERIOD, turn * PERIOD);
     let turned = turn * PERIOD + turn * turn.abs() / (2.0 * model.max_turn_acceleration);
@@ -143,12 +142,12 @@ fn heading_error(aim: Point2<f64>, (forward, turn): Speeds, model: &RobotModel) 
 }
 
 /// How far a disc of `radius` moves forward on the arc of the speeds until it touches one of the
-/// points, m; at most `most`. A point within the disc stops it at once where it is in front, or
-/// beside and farther in than the arc's centre: the disc would come round to it. Else it is left
-/// behind.
+/// points, m; at most `most`. A point within the disc stops it at once if it is in front, or to the
+/// side beyond the arc's centre: the disc would come round to it. Otherwise the disc moves away
+/// from it.
 ///
-/// The middle of the disc is at distance ρ = v/ω of the arc's centre, a point at distance d; they
-/// are `radius` apart where the angle between them has cosine (ρ² + d² − radius²) / (2 ρ d).
+/// The centre of the disc is at distance ρ = v/ω of the arc's centre, a point at distance d; they
+/// are `radius` apart when the angle between them has cosine (ρ² + d² − radius²) / (2 ρ d).
 fn free_on_arc((forward, turn): Speeds, points: &[Point2<f64>], radius: f64, most: f64) -> f64 {
     if forward <= 0.0 {
         return 0.0;
@@ -162,7 +161,7 @@ fn free_on_arc((forward, turn): Speeds, points: &[Point2<f64>], radius: f64, mos
             let ahead = (radius * radius - point.y * point.y).max(0.0).sqrt();
             return (point.y.abs() < radius && point.x > 0.0).then_some(point.x - ahead);
         }
-        // As if it turned to the left.
+        // The point as seen by a robot that turns to the left.
         let rho = 1.0 / bend.abs();
         let from_centre = Vector2::new(point.x, point.y * bend.signum() - rho);
         let distance = from_centre.length();

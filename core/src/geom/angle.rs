@@ -1,4 +1,4 @@
-//! The one place that wraps angles.
+//! The only place that wraps angles.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,8 +6,8 @@ use nalgebra::Vector2;
 
 /// Wraps an angle to (-π, π].
 ///
-/// # Units    `angle`: rad, up to a thousand million turns either way; beyond that a double has no
-/// digits left for the direction. Not finite in, NaN out.
+/// # Units    `angle`: rad, up to a thousand million turns either way; beyond that a double has too
+/// few digits left for the direction. NaN if `angle` is not finite.
 /// # Example
 /// ```
 /// use std::f64::consts::PI;

@@ -1,7 +1,8 @@
-//! Quantiles of χ², for gates and for bands.
+//! Quantiles of χ², for gates and for confidence bands.
 
-/// The quantile of χ² with `degrees` degrees of freedom that lies as far up as `sigmas` does in a
-/// standard normal distribution: -1.96 and 1.96 bound the middle 95 %. 0 for no degrees of freedom.
+/// The quantile of χ² with `degrees` degrees of freedom with the same cumulative probability as
+/// `sigmas` in a standard normal distribution: -1.96 and 1.96 bound the middle 95 %. 0 for no
+/// degrees of freedom.
 ///
 /// Source: Wilson & Hilferty (1931), "The distribution of chi-square"; within 2 % above 3 degrees
 /// of freedom where `sigmas` is positive.

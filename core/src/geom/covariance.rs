@@ -40,7 +40,7 @@ impl PoseEstimate {
     }
 }
 
-/// Covariance of (x, y, θ) where each is known by itself, to `way` m and `turn` rad.
+/// Covariance of (x, y, θ) with independent standard deviations of `way` m and `turn` rad.
 #[must_use]
 pub fn pose_cov(way: f64, turn: f64) -> Matrix3<f64> {
     Matrix3::from_diagonal(&Vector3::new(way * way, way * way, turn * turn))

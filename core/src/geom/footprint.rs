@@ -1,17 +1,18 @@
-//! The robot's outline as a second, exact test: for doors that the disc around it does not pass.
+//! The robot's outline as a second, exact test: for doors through which the disc around it does not
+//! fit.
 //!
 //! In: a convex outline in the robot's frame, and walls. Out: whether the robot can stand in a
 //! pose, drive a leg, turn on the spot, and so follow a path, without touching a wall; and how near
 //! it stands to one.
 //!
-//! 1. Standing: a wall touches a convex outline if clipping it by all sides leaves something (Cyrus
-//!    & Beck 1978).
-//! 2. Driving straight: what is swept is the convex hull of the outline at both ends.
-//! 3. Turning: nothing is touched at the beginning, and what is touched first is touched by a
-//!    corner of the outline on its arc, or is the end of a wall that a side sweeps over. Both are
+//! 1. Standing: a wall touches a convex outline if clipping it by all sides leaves a piece (Cyrus &
+//!    Beck 1978).
+//! 2. Driving straight: the swept area is the convex hull of the outline at both ends.
+//! 3. Turning: nothing is touched at the beginning, and the first contact is made either by a
+//!    corner of the outline on its arc, or by the end of a wall that a side sweeps over. Both are
 //!    circles cut by segments, in closed form.
 //! 4. Apart: of an outline and a wall that do not touch, one end of the shortest line between them
-//!    is a corner of the one or an end of the other.
+//!    is a corner of the outline or an end of the wall.
 
 use std::f64::consts::TAU;
 
@@ -27,7 +28,7 @@ pub struct Footprint {
 }
 
 impl Footprint {
-    /// A rectangle about the centre; `None` where a side is not positive.
+    /// A rectangle about the centre; `None` if a side is not positive.
     #[must_use]
     pub fn rectangle(length: f64, width: f64) -> Option<Self> {
         let corner = |x: f64, y: f64| Point2::new(0.5 * length * x, 0.5 * width * y);
@@ -37,7 +38,7 @@ impl Footprint {
         })
     }
 
-    /// Radius of the largest disc about the centre within it, m.
+    /// Radius of the largest disc about the centre inside the outline, m.
     #[must_use]
     pub fn radius_within(&self) -> f64 {
         let sides =
@@ -45,7 +46,7 @@ impl Footprint {
         sides.fold(f64::INFINITY, f64::min)
     }
 
-    /// Radius of the smallest disc about the centre around it, m.
+    /// Radius of the smallest disc about the centre that contains the outline, m.
     #[must_use]
     pub fn radius_around(&self) -> f64 {
         let corners = self.corners.iter().map(|corner| corner.coords.length());
@@ -58,8 +59,8 @@ impl Footprint {
         &self.corners
     }
 
-    /// How far a point (robot frame, m) is from the outline, m; negative within, by the nearest
-    /// side.
+    /// Distance of a point (robot frame, m) from the outline, m; inside it the negative distance to
+    /// the nearest side.
     #[must_use]
     pub fn distance(&self, point: Point2<f64>) -> f64 {
         let mut depth = f64::INFINITY;
@@ -102,14 +103,14 @@ impl Footprint {
         self.corners.iter().map(|&corner| *pose * corner).collect()
     }
 
-    /// Whether the robot can stand there.
+    /// Whether the robot can stand in this pose.
     #[must_use]
     pub fn fits(&self, pose: &Pose2, walls: &[Segment]) -> bool {
         let outline = self.at(pose);
         walls.iter().all(|wall| !touches(&outline, wall))
     }
 
-    /// Whether the robot can drive a leg, looking along it.
+    /// Whether the robot can drive a leg, facing along it.
     #[must_use]
     pub fn drives(&self, leg: &Segment, walls: &[Segment]) -> bool {
         let heading = leg.heading();
@@ -127,7 +128,7 @@ impl Footprint {
 
     fn sweeps_over(&self, pose: &Pose2, turn: f64, wall: &Segment) -> bool {
         let in_robot = pose.inverse() * *wall;
-        // Corners go round by `turn`; as the robot sees it, ends of walls go round the other way.
+        // Corners rotate by `turn`; in the robot's frame, ends of walls rotate the other way.
         let by_corner = self.corners.iter().any(|&c| meets(c, turn, &in_robot));
         let sides = || sides_of(&self.corners).map(|(a, b)| Segment::new(*a, *b));
         let over_end = [in_robot.a, in_robot.b]
@@ -156,7 +157,7 @@ impl Footprint {
     }
 }
 
-/// Whether a point that goes round the origin by `turn` meets a segment.
+/// Whether a point that rotates about the origin by `turn` meets a segment.
 fn meets(point: Point2<f64>, turn: f64, segment: &Segment) -> bool {
     let along = segment.vector();
     // |a + t v|² = r²
@@ -180,8 +181,8 @@ fn meets(point: Point2<f64>, turn: f64, segment: &Segment) -> bool {
     })
 }
 
-/// Whether a segment touches a convex outline: what each side leaves of it, by its part from 0
-/// to 1.
+/// Whether a segment touches a convex outline: each side clips the segment, whose remaining part is
+/// kept as parameters from 0 to 1.
 fn touches(outline: &[Point2<f64>], segment: &Segment) -> bool {
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
     let along = segment.vector();

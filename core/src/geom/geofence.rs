@@ -1,17 +1,17 @@
 //! A geofence: where a robot may be, as polygons in the frame of a map.
 //!
 //! 1. Each [`Zone`] is a polygon, to stay in or to keep out of. The robot may be where at least one
-//!    of those to stay in is, if there are any, and none of those to keep out of.
+//!    of the keep-in zones is, if there are any, and none of the keep-out zones.
 //! 2. [`Geofence::clearance`] is how far a place lies within that: the signed distances of the
-//!    polygons, joined as sets are (the greatest of a union, the least of an intersection). Its
-//!    sign is exact; outside of one polygon, or within one, so is its size; elsewhere it may be
-//!    less than the distance to the border, and never more. So it changes by no more than the way
-//!    that is gone.
-//! 3. Zones to stay in that only touch are not joined: where the robot is to pass from one to the
-//!    other they overlap by its width.
+//!    polygons, joined as sets are (the maximum for a union, the minimum for an intersection). Its
+//!    sign is exact; outside of one polygon, or within one, its size is exact too; elsewhere it may
+//!    be less than the distance to the border, but never more. So it changes by no more than the
+//!    distance moved.
+//! 3. Keep-in zones that only touch are not joined: they must overlap by the robot's width where it
+//!    is to pass from one to the other.
 //!
-//! Source: polygons to stay in and to keep out of as PX4 has them; the algebra of signed distances
-//! is that of Ricci (1973).
+//! Source: keep-in and keep-out polygons as in PX4; the algebra of signed distances is that of
+//! Ricci (1973).
 
 #[cfg(test)]
 pub(crate) mod tests;
@@ -20,13 +20,13 @@ use nalgebra::Point2;
 
 use super::{Length, Pose2, Segment, ring_holds, sides_of};
 
-/// Zones of a fence, at most.
+/// Most zones of a fence.
 pub const MOST_ZONES: usize = 8;
-/// Corners of a zone, at most.
+/// Most corners of a zone.
 pub const MOST_CORNERS: usize = 32;
-/// Coordinates are no farther from 0, m.
+/// Greatest absolute coordinate, m.
 const FARTHEST: f64 = 1e5;
-/// Two corners that follow each other lie so far apart at least, m.
+/// Least distance between two consecutive corners, m.
 const SHORTEST: f64 = 0.01;
 
 /// What a zone is for.
@@ -43,48 +43,48 @@ pub enum ZoneKind {
 pub struct Zone {
     /// What it is for.
     pub kind: ZoneKind,
-    /// Its corners, either way round, map frame, m; the last is joined to the first.
+    /// Its corners, in either direction, map frame, m; the last is joined to the first.
     pub corners: Vec<Point2<f64>>,
 }
 
-/// Why polygons are no fence.
+/// Why polygons cannot be a fence.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GeofenceError {
-    /// Too many zones.
+    /// There are too many zones.
     #[error("{found} zones; {MOST_ZONES} are possible")]
     Zones {
         /// How many there are.
         found: usize,
     },
-    /// Too few or too many corners.
+    /// A zone has too few or too many corners.
     #[error("zone {zone} has {found} corners; expected 3 to {MOST_CORNERS}")]
     Corners {
         /// Its number, from 1.
         zone: usize,
-        /// How many it has.
+        /// How many corners it has.
         found: usize,
     },
-    /// A corner that is nowhere.
+    /// A corner is too far away or not a finite number.
     #[error(
         "corner {corner} of zone {zone} is ({x}, {y}); expected finite numbers within {FARTHEST} m of 0"
     )]
     Place {
         /// Number of the zone, from 1.
         zone: usize,
-        /// Its number, from 1.
+        /// Number of the corner, from 1.
         corner: usize,
-        /// m.
+        /// x of the corner, m.
         x: f64,
-        /// m.
+        /// y of the corner, m.
         y: f64,
     },
-    /// Two corners in one place.
+    /// Two consecutive corners are in one place.
     #[error("corners {corner} and the next of zone {zone} lie in one place")]
     Short {
         /// Number of the zone, from 1.
         zone: usize,
-        /// Its number, from 1.
+        /// Number of the first of them, from 1.
         corner: usize,
     },
     /// A border that crosses itself has no inside.
@@ -92,9 +92,9 @@ pub enum GeofenceError {
     Crosses {
         /// Number of the zone, from 1.
         zone: usize,
-        /// Number of the corner that a side begins at, from 1.
+        /// Number of the corner at which a side begins, from 1.
         first: usize,
-        /// The same of the other side.
+        /// The same for the other side.
         second: usize,
     },
 }
@@ -106,7 +106,7 @@ pub struct Geofence {
 }
 
 impl Geofence {
-    /// Of these zones; without any the robot may be everywhere.
+    /// A fence of these zones; without any the robot may be everywhere.
     ///
     /// # Errors    [`GeofenceError`] with the number of zone and corner.
     pub fn new(zones: Vec<Zone>) -> Result<Self, GeofenceError> {
@@ -133,7 +133,7 @@ impl Geofence {
     }
 
     /// The same fence in another frame: `to_from_fence` takes the frame of its corners there. A
-    /// turned corner stays a corner, so nothing is checked again.
+    /// rigid motion keeps the shape, so nothing is checked again.
     #[must_use]
     pub fn moved(&self, to_from_fence: &Pose2) -> Self {
         let moved = |zone: &Zone| Zone {
@@ -178,7 +178,7 @@ fn check(zone: usize, corners: &[Point2<f64>]) -> Result<(), GeofenceError> {
     }
     for (corner, at) in (1..).zip(corners) {
         let (x, y) = (at.x, at.y);
-        // No number is none of these, too.
+        // This refuses NaN, too.
         if !(x.abs() <= FARTHEST && y.abs() <= FARTHEST) {
             return Err(GeofenceError::Place { zone, corner, x, y });
         }
@@ -195,7 +195,8 @@ fn check(zone: usize, corners: &[Point2<f64>]) -> Result<(), GeofenceError> {
         for (j, other) in sides.iter().enumerate().skip(i + 1) {
             let are_neighbours = j == i + 1 || (i == 0 && j + 1 == sides.len());
             let meets = match are_neighbours {
-                // They share a corner; one that goes back along the other leaves no inside there.
+                // They share a corner; a side that goes back along the other leaves no inside
+                // there.
                 true => folds_back(side, other, j == i + 1),
                 false => side.distance_to(other) < SHORTEST,
             };
@@ -212,7 +213,7 @@ fn check(zone: usize, corners: &[Point2<f64>]) -> Result<(), GeofenceError> {
     Ok(())
 }
 
-/// Whether a side goes back along the one that it shares a corner with.
+/// Whether a side goes back along the one with which it shares a corner.
 fn folds_back(side: &Segment, other: &Segment, follows: bool) -> bool {
     match follows {
         true => side.distance(other.b) < SHORTEST || other.distance(side.a) < SHORTEST,

@@ -4,9 +4,9 @@ use nalgebra::{Dim, Matrix, Storage};
 
 /// Euclidean length.
 ///
-/// `norm` of nalgebra takes the root by libm, so that all functions have the same bits everywhere;
-/// in WebAssembly libm computes it digit by digit, twenty times as long as the instruction takes. A
-/// root is rounded correctly by IEEE 754, whoever takes it.
+/// nalgebra's `norm` takes the root by libm, so that all functions have the same bits everywhere;
+/// in WebAssembly libm computes it digit by digit, which takes twenty times as long as the
+/// instruction. IEEE 754 demands a correctly rounded root, so the instruction gives the same bits.
 pub trait Length {
     /// The square root of the sum of squares.
     #[must_use]

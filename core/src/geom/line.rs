@@ -32,7 +32,7 @@ impl Line {
         }
     }
 
-    /// The line through two points; `None` where they coincide.
+    /// The line through two points; `None` if they coincide.
     #[must_use]
     pub fn through(a: Point2<f64>, b: Point2<f64>) -> Option<Self> {
         let along = b - a;
@@ -78,8 +78,8 @@ impl Line {
         point - self.normal() * self.signed_distance(point)
     }
 
-    /// This line, seen from `a` where `a_from_b` is given and the line is in frame b, with the
-    /// Jacobian of (α, r) in a by (α, r) in b. The row of r flips its sign together with r.
+    /// This line seen from frame a, for a line in frame b and a given `a_from_b`, with the Jacobian
+    /// of (α, r) in a by (α, r) in b. The row of r flips its sign together with r.
     ///
     /// Source: TDK 2016 eq. (3.27), with the erratum of the specification: the global α in cos and
     /// sin.

@@ -24,8 +24,8 @@ impl Pose2 {
         ))
     }
 
-    /// The pose at (`x`, `y`), metres, turned by the angle of this cosine and sine, which are taken
-    /// as they are: their squares sum to 1.
+    /// The pose at (`x`, `y`), metres, turned by the angle of this cosine and sine, which are used
+    /// unchanged: their squares must sum to 1.
     #[must_use]
     pub fn from_cos_sin(x: f64, y: f64, cos: f64, sin: f64) -> Self {
         Self(Isometry2::from_parts(
@@ -102,7 +102,7 @@ impl Pose2 {
         Self::new(self.x() + by.x, self.y() + by.y, self.heading() + by.z)
     }
 
-    /// (x, y, θ) less that of `other`; the turn is wrapped.
+    /// (x, y, θ) minus that of `other`; the turn is wrapped.
     #[must_use]
     pub fn minus(&self, other: &Self) -> Vector3<f64> {
         let turn = wrap(self.heading() - other.heading());
@@ -138,8 +138,8 @@ impl Pose2 {
         Matrix3::new(cos, -sin, self.y(), sin, cos, -self.x(), 0.0, 0.0, 1.0)
     }
 
-    /// The rotation of (x, y, θ) from the frame of this pose into that which it is given in; θ
-    /// stays.
+    /// The rotation of (x, y, θ) from the frame of this pose into the frame in which the pose is
+    /// given; θ does not change.
     #[must_use]
     pub fn rotation(&self) -> Matrix3<f64> {
         let (cos, sin) = self.cos_sin();
@@ -154,7 +154,7 @@ impl Pose2 {
     }
 }
 
-/// sin(t)/t and (1 - cos(t))/t, by series near zero where the quotients lose all digits.
+/// sin(t)/t and (1 - cos(t))/t, by series near zero, where the quotients lose all digits.
 fn arc_coefficients(turn: f64) -> (f64, f64) {
     if turn.abs() < 1e-4 {
         (
@@ -232,7 +232,7 @@ mod tests {
 
         #[test]
         fn fractions_add_up(m in pose(), f in 0.0..1.0_f64) {
-            // Along one arc, the first part followed by the rest is the whole.
+            // Along one arc, the first part followed by the rest gives the whole.
             prop_assert!(close(m.fraction(f) * m.fraction(1.0 - f), m));
         }
 

@@ -1,9 +1,9 @@
-//! Closed rings of corners, and the room that places take.
+//! Closed rings of corners, and bounding rectangles.
 
 use nalgebra::Point2;
 
-/// The lower left and the upper right corner of the least rectangle around places; `None` around
-/// none.
+/// The lower left and the upper right corner of the bounding rectangle of points; `None` without
+/// points.
 pub fn bounds(places: impl IntoIterator<Item = Point2<f64>>) -> Option<(Point2<f64>, Point2<f64>)> {
     let corners = places.into_iter().map(|at| (at, at));
     corners.reduce(|(low, high), (at, _)| (low.inf(&at), high.sup(&at)))
@@ -14,8 +14,8 @@ pub fn sides_of<T>(ring: &[T]) -> impl Iterator<Item = (&T, &T)> {
     ring.iter().zip(ring.iter().cycle().skip(1))
 }
 
-/// Whether a place lies within a polygon, whichever way round its corners go: a ray from it crosses
-/// the sides an odd number of times.
+/// Whether a point lies within a polygon, in whichever direction its corners go round: a ray from
+/// it crosses the sides an odd number of times.
 #[must_use]
 pub fn ring_holds(corners: &[Point2<f64>], place: Point2<f64>) -> bool {
     let crosses = |(a, b): &(&Point2<f64>, &Point2<f64>)| {

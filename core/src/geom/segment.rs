@@ -1,4 +1,4 @@
-//! Straight pieces of wall.
+//! Line segments, such as straight pieces of wall.
 
 use std::ops::Mul;
 
@@ -23,7 +23,7 @@ impl Segment {
         Self { a, b }
     }
 
-    /// From `a` to `b`.
+    /// The vector from `a` to `b`.
     #[must_use]
     pub fn vector(&self) -> Vector2<f64> {
         self.b - self.a
@@ -60,7 +60,7 @@ impl Segment {
         (point - self.closest_point(point)).length()
     }
 
-    /// Least distance between two segments, m; 0 where they cross.
+    /// Least distance between two segments, m; 0 if they cross.
     #[must_use]
     pub fn distance_to(&self, other: &Self) -> f64 {
         if self.crosses(other) {
@@ -72,8 +72,8 @@ impl Segment {
             .min(other.distance(self.b))
     }
 
-    /// Whether the segments cross in their insides. Touching ends count as distance 0 by
-    /// [`Segment::distance_to`] too.
+    /// Whether the segments cross between their ends. [`Segment::distance_to`] also gives 0 for
+    /// ends that only touch.
     #[must_use]
     pub fn crosses(&self, other: &Self) -> bool {
         let side = |s: &Self, p: Point2<f64>| s.vector().perp(&(p - s.a));
@@ -81,7 +81,7 @@ impl Segment {
             && side(other, self.a) * side(other, self.b) < 0.0
     }
 
-    /// Distance along a ray to the segment, m; `None` where the ray misses it. `direction` has unit
+    /// Distance along a ray to the segment, m; `None` if the ray misses it. `direction` has unit
     /// length.
     #[inline]
     #[must_use]
@@ -147,7 +147,7 @@ mod tests {
             let origin = Point2::new(x, y);
             let aim = s.a + s.vector() * part;
             let way = aim - origin;
-            // Not along the segment, where the hit is anywhere.
+            // Not along the segment, where the hit would be ambiguous.
             prop_assume!(way.length() > 1e-3 && way.normalize().perp(&s.vector()).abs() > 1e-3);
             let hit = s.hit_by_ray(origin, way.normalize());
             prop_assert!(hit.is_some_and(|distance| (distance - way.length()).abs() < 1e-6), "{hit:?}");

@@ -1,23 +1,23 @@
-//! Eight numbers of single precision, as four of double precision in `lanes`: where there are so
-//! many that a relative error of 1e-7 in each is nothing in their sum.
+//! Eight numbers of single precision, as `lanes` has four of double precision: for cases with so
+//! many numbers that a relative error of 1e-7 in each does not matter in their sum.
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 
 use wide::{f32x8, i32x8};
 
-/// Numbers worked on at a time.
+/// How many numbers are worked on at a time.
 pub(crate) const EIGHT: usize = 8;
 
-/// What is added to the whole number that a sum with [`ROUND`] ends in, to be an exponent.
+/// Added to the whole number left in the last bits of a sum with [`ROUND`], it gives an exponent.
 const BIAS: i32 = 127;
-/// Bits of a fraction.
+/// Number of bits of a fraction.
 const FRACTION: i32 = 23;
 
 /// Eight numbers.
 pub(crate) trait Eight:
     Copy + Add<Output = Self> + AddAssign + Sub<Output = Self> + Mul<Output = Self>
 {
-    /// What shows that the machine has the instructions.
+    /// Proof that the machine has the instructions.
     type Machine: Copy;
 
     /// The same number eight times.
@@ -28,15 +28,15 @@ pub(crate) trait Eight:
 
     fn to_array(self) -> [f32; EIGHT];
 
-    /// The lesser of two, which are numbers.
+    /// The lesser of two, neither NaN.
     fn or_lesser(self, other: Self) -> Self;
 
-    /// 2^k of the whole numbers k, from -126 to 127, that the last bits of these hold: those of
-    /// 1.5 * 2^23 + k.
+    /// 2^k, where these numbers are 1.5 * 2^23 + k and so hold the whole number k, from -126 to
+    /// 127, in their last bits.
     fn two_to_whole(self) -> Self;
 }
 
-/// The sum of all eight, in one order for every machine.
+/// The sum of all eight, added in the same order on every machine.
 #[inline(always)]
 pub(crate) fn total(numbers: impl Eight) -> f32 {
     let [a, b, c, d, e, f, g, h] = numbers.to_array();
@@ -82,7 +82,7 @@ mod avx {
 
     use super::*;
 
-    /// Eight numbers in a register of 256 bits, and the proof that the machine has such.
+    /// Eight numbers in a register of 256 bits, and the proof that the machine has such registers.
     #[derive(Clone, Copy)]
     pub(in crate::lanes) struct EightOnAvx {
         numbers: f32x8,

@@ -1,45 +1,45 @@
-//! In: a beam, and a map of cells or of walls. Out: what the map would have had it measure, and how
+//! In: a beam, and a map of cells or of walls. Out: the range that the map predicts for it, and how
 //! far from the nearest surface it ended.
 //!
-//! These are the two numbers of the usual sensor models: the range z* that a ray through the map
-//! has (beam model, Thrun, Burgard & Fox (2005), eq. (6.4)), and the distance d of its end from
-//! what is nearest (likelihood field, table 6.3). Written for one beam that somebody looks at: it
-//! is cast cell by cell, and all cells around its end are asked.
+//! These are the two numbers of the usual sensor models: the range z* of a ray through the map
+//! (beam model, Thrun, Burgard & Fox (2005), eq. (6.4)), and the distance d from its end to the
+//! nearest surface (likelihood field, table 6.3). Written for one beam that a person inspects: it
+//! is cast cell by cell, and all cells around its end are examined.
 
 use nalgebra::Point2;
 
 use super::{CellState, Grid, Layers, cells_on_ray};
 use crate::geom::{Length as _, Segment};
 
-/// So far behind the end of a beam, and around it, a surface is looked for, m.
+/// Surfaces are searched for up to this distance behind the end of a beam, and around it, m.
 const REACH: f64 = 1.0;
 
-/// What a map says of a beam.
+/// What a map predicts of a beam.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BeamFigures {
-    /// From where it began to the first surface on its way, m; `None` where nothing stands there
-    /// within a metre behind its end.
+    /// Distance from its origin to the first surface on its way, m; `None` if there is none up to a
+    /// metre behind its end.
     pub expected: Option<f64>,
-    /// From its end to the nearest surface, m; `None` beyond a metre.
+    /// Distance from its end to the nearest surface, m; `None` beyond a metre.
     pub nearest: Option<f64>,
 }
 
-/// What a map says of a gap that a door could shut.
+/// What a map shows of a gap that a door could shut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeafFigures {
     /// Cells on the line between its ends, without those at the posts.
     pub cells: usize,
-    /// Those of them of which something is known.
+    /// How many of them are known.
     pub known: usize,
-    /// Σ l of their log-odds.
+    /// Σ l, the sum of their log-odds.
     pub log_odds: f64,
-    /// Probability that nothing shuts it.
+    /// Probability that the gap is open.
     pub open: f64,
 }
 
 impl Grid {
-    /// What the grid says of a beam, map frame, m: surfaces are cells that count as occupied, at
-    /// their middle.
+    /// What the grid predicts of a beam, map frame, m: surfaces are the centres of cells that count
+    /// as occupied.
     #[must_use]
     pub fn beam(&self, from: Point2<f64>, to: Point2<f64>) -> BeamFigures {
         let side = self.resolution();
@@ -72,7 +72,7 @@ impl Grid {
     }
 }
 
-/// The same of a map of walls.
+/// The same from a map of walls.
 #[must_use]
 pub fn beam_among(walls: &[Segment], from: Point2<f64>, to: Point2<f64>) -> BeamFigures {
     let range = (to - from).length();
@@ -88,14 +88,14 @@ pub fn beam_among(walls: &[Segment], from: Point2<f64>, to: Point2<f64>) -> Beam
 }
 
 impl Layers<'_> {
-    /// Whether the gap between two posts is open, by what the map shows of it.
+    /// Whether the gap between two posts is open, judged by the cells of the map in it.
     ///
-    /// One leaf shuts all of it or nothing, so its cells are looks at one question, each by beams
-    /// of its own, and before any look open is as likely as shut: their log-odds add up, and
-    /// p(open) = 1 / (1 + exp Σ l). The cells at the posts say nothing of the leaf: posts stand
-    /// anywhere within them and are occupied whether it is open or shut.
+    /// One door leaf shuts all of the gap or nothing, so its cells are independent observations of
+    /// one question, each by its own beams, and the prior is even: their log-odds add up, and
+    /// p(open) = 1 / (1 + exp Σ l). The cells at the posts tell nothing about the leaf: posts stand
+    /// anywhere within them, so these cells are occupied whether it is open or shut.
     ///
-    /// # Source   Thrun, Burgard & Fox (2005), eq. (9.6): log-odds of independent looks add.
+    /// # Source   Thrun, Burgard & Fox (2005), eq. (9.6): log-odds of independent observations add.
     #[must_use]
     pub fn leaf(&self, posts: &Segment) -> LeafFigures {
         let side = self.main.resolution();
@@ -162,7 +162,7 @@ mod tests {
             near(told.expected, 1.81, side);
             near(told.nearest, (x - 2.01_f64).abs(), side);
         }
-        // A metre behind its end nothing is looked for.
+        // More than a metre behind its end nothing is searched.
         assert_eq!(
             grid.beam(from, Point2::new(0.7, 0.5)),
             BeamFigures {
@@ -170,7 +170,7 @@ mod tests {
                 nearest: None
             }
         );
-        // Through the gap: the wall beside it is nearest, and what stands behind is on its way.
+        // Through the gap: the wall beside it is nearest, and the beam meets what stands behind.
         let told = grid.beam(Point2::new(0.2, 1.5), Point2::new(3.5, 1.5));
         near(told.expected, 3.8, side);
     }
@@ -217,7 +217,7 @@ mod tests {
         let unknown = leaf(8.0, 1.0, 2.0);
         assert_eq!((unknown.known, unknown.open), (0, 0.5));
         assert!((15..=19).contains(&open.cells), "{open:?}");
-        // By hand, from the cells themselves.
+        // Computed from the cells themselves.
         let sum: f64 = (0..open.cells)
             .map(|i| 1.0 + 1.5 * grid.resolution() + grid.resolution() * i as f64)
             .map(|y| layers.figures(Point2::new(2.01, y)).log_odds)

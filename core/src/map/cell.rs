@@ -1,4 +1,4 @@
-//! Names for cells, blocks and what a cell may be.
+//! Names for cells and blocks, and the states of a cell.
 
 use nalgebra::Point2;
 
@@ -37,12 +37,12 @@ impl CellIndex {
         Self { col, row }
     }
 
-    /// The cell so many columns and rows farther; saturates.
+    /// The cell this many columns and rows farther; saturates.
     fn shifted(self, by: i32) -> Self {
         Self::new(self.col.saturating_add(by), self.row.saturating_add(by))
     }
 
-    /// The cell that holds a point given in cells; far-away and non-finite points saturate.
+    /// The cell that holds a point given in cell units; far-away and non-finite points saturate.
     #[inline]
     #[must_use]
     pub fn holding(point: Point2<f64>) -> Self {
@@ -53,8 +53,8 @@ impl CellIndex {
     }
 }
 
-/// The greatest whole number that is not above `at`; saturates, 0 of what is not a number. As
-/// `at.floor() as i32`, which is a call where the processor is not known to have the instruction.
+/// The greatest whole number not above `at`; saturates, 0 for NaN. Equal to `at.floor() as i32`,
+/// which is a function call if the processor is not known to have the instruction.
 #[inline]
 pub(super) fn floor(at: f64) -> i32 {
     let towards_zero = at as i32;
@@ -62,7 +62,7 @@ pub(super) fn floor(at: f64) -> i32 {
 }
 
 impl CellRect {
-    /// So many columns and rows from cell (0, 0) on.
+    /// The rectangle of this many columns and rows from cell (0, 0) on.
     #[must_use]
     pub fn of_size(width: usize, height: usize) -> Self {
         Self {
@@ -71,7 +71,7 @@ impl CellRect {
         }
     }
 
-    /// One cell.
+    /// The rectangle of one cell.
     #[must_use]
     pub fn of(cell: CellIndex) -> Self {
         Self {
@@ -80,7 +80,7 @@ impl CellRect {
         }
     }
 
-    /// The same with so many cells more on each side.
+    /// The rectangle extended by this many cells on each side.
     #[must_use]
     pub fn grown(self, by: i32) -> Self {
         Self {
@@ -101,7 +101,7 @@ impl CellRect {
         usize::try_from(self.max.row - self.min.row).unwrap_or(0)
     }
 
-    /// Its cells, row by row from the lower left one.
+    /// The cells, row by row from the lower left one.
     pub fn cells(self) -> impl Iterator<Item = CellIndex> {
         let Self { min, max } = self;
         let row = move |row| (min.col..max.col).map(move |col| CellIndex { col, row });
@@ -138,7 +138,7 @@ impl CellRect {
     }
 }
 
-/// What is believed of a cell.
+/// The believed state of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CellState {
     /// Never seen, or as likely free as not.

@@ -4,14 +4,14 @@
 //! cell the distance of its centre from the centre of the nearest source.
 //!
 //! 1. Along each column the distance g to the nearest source is counted, row by row so that memory
-//!    is read in order: first that below, then that above, just before step 2 needs it.
+//!    is read in order: first the source below, then the source above, just before step 2 needs it.
 //! 2. Along each row the squared distance of column c is the least (c - q)² + g(q)² over all
 //!    columns q ([`rows`]).
 //!
 //! Source: Felzenszwalb & Huttenlocher (2012), "Distance transforms of sampled functions",
 //! algorithm 1; step 1 as in Meijster, Roerdink & Hesselink (2000). Linear in the number of cells.
-//! Exact, unlike brushfire and chamfer distances, so that a door that is wide enough by a
-//! centimetre stays passable.
+//! Exact, unlike brushfire and chamfer distances, so a door that is wide enough by a centimetre
+//! stays passable.
 
 mod rows;
 
@@ -34,7 +34,7 @@ pub struct DistanceField {
 
 impl DistanceField {
     /// Measures the distance to the sources; `sources` holds the rows of `rect` one after another,
-    /// lower row first. Cells that `sources` is too short for are no sources.
+    /// lower row first. Cells beyond the end of `sources` are no sources.
     ///
     /// # Units    `resolution`: side of a cell, m.
     #[must_use]
@@ -62,7 +62,7 @@ impl DistanceField {
     }
 
     /// Distance of the centre of a cell from the centre of the nearest source, m. Infinite where
-    /// there is no source; cells outside of the rectangle have the distance of the nearest cell
+    /// there is no source; cells outside the rectangle have the distance of the nearest cell
     /// inside.
     #[inline]
     #[must_use]
@@ -76,9 +76,9 @@ impl DistanceField {
             .map_or(f64::INFINITY, |&d| f64::from(d))
     }
 
-    /// Distance at any point of the map, m: bilinear between the centres of cells. Off the centres
-    /// it is wrong by less than h²/(4 d) for cells of side h at distance d: under 4 mm for 5 cm
-    /// cells at 15 cm.
+    /// Distance at any point of the map, m: bilinear between the centres of cells. Between the
+    /// centres its error is less than h²/(4 d) for cells of side h at distance d: under 4 mm for 5
+    /// cm cells at 15 cm.
     #[inline]
     #[must_use]
     pub fn at_point(&self, point: Point2<f64>) -> f64 {
@@ -100,7 +100,8 @@ impl DistanceField {
     }
 }
 
-/// Infinity times zero must not become NaN: all four corners are infinite or none is.
+/// Linear interpolation. Infinity times zero must not become NaN: either all four corners are
+/// infinite or none is.
 fn lerp(a: f64, b: f64, t: f64) -> f64 {
     if a.is_finite() && b.is_finite() {
         a + (b - a) * t
@@ -109,11 +110,11 @@ fn lerp(a: f64, b: f64, t: f64) -> f64 {
     }
 }
 
-/// All of it, as one loop for the machine's widest instructions.
+/// The whole transform, as one loop for the machine's widest instructions.
 struct Transform<'a> {
     rect: CellRect,
     resolution: f64,
-    /// As many as there are cells.
+    /// One for each cell.
     sources: &'a [bool],
 }
 
@@ -138,8 +139,8 @@ impl NullaryFnOnce for Transform<'_> {
     }
 }
 
-/// Cells down to the nearest source in the same column, 0 at a source; `u32::MAX` where there is
-/// none below.
+/// Number of cells down to the nearest source in the same column, 0 at a source; `u32::MAX` if
+/// there is none below.
 #[inline(always)]
 fn gaps_below(width: usize, height: usize, sources: &[bool]) -> Vec<u32> {
     let mut gaps = vec![u32::MAX; width * height];
@@ -202,13 +203,13 @@ mod tests {
                 .map(|&s| libm::hypot((s % 30) as f64 * 0.05 + 0.025 - x, (s / 30) as f64 * 0.05 + 0.025 - y))
                 .fold(f64::INFINITY, f64::min);
             let found = field.at_point(Point2::new(x, y));
-            // Never much too far: that is the side on which a robot would touch a wall.
+            // Never much too large: an error on that side would let a robot touch a wall.
             prop_assert!(exact < 0.12 || found - exact < 0.0025 / (4.0 * exact) + 1e-5, "{found} against {exact}");
             prop_assert!((found - exact).abs() < 0.05 * 0.7072);
         }
     }
 
-    /// Wide rows with little in them: near and far cells in one row, and the words of eight and
+    /// Wide rows with few sources: near and far cells in one row, and the words of eight and
     /// sixteen cells that end within it.
     #[test]
     fn far_sources_are_those_of_brute_force_too() {

@@ -1,31 +1,31 @@
-//! In: the points of one scan, and how uncertain the direction of each beam is. Out: what the scan
-//! surely says of the grid: straight ways that are free, and points on surfaces.
+//! In: the points of one scan, and how uncertain the direction of each beam is. Out: the certain
+//! evidence for the grid: straight lines that are free, and points on surfaces.
 //!
 //! A beam that meets a wall at a flat angle runs along it for metres. Half a degree off, it ends
 //! behind the wall, and a grid that takes beams as they are clears the wall away bit by bit: in a
-//! corridor most of both walls, seen from afar.
+//! corridor, most of both walls when seen from afar.
 //!
 //! 1. A beam without a return is believed to be free for a few metres only
-//!    ([`EvidenceConfig::believed`]): glass, black walls and walls met at a flat angle return
-//!    nothing either.
-//! 2. A point on a surface lies on the line of its neighbours ([`on_surfaces`]): far walls, whose
-//!    ranges scatter by more than a cell, would else be thick.
+//!    ([`EvidenceConfig::believed`]): glass, black walls and walls at a flat angle return nothing
+//!    either.
+//! 2. A point on a surface lies on the line of its neighbours ([`on_surfaces`]): otherwise far
+//!    walls, whose ranges scatter by more than a cell, would become thick.
 //! 3. A beam is not a line but as wide as its direction is uncertain, `sigmas` standard deviations
-//!    to either side. It is surely free up to the nearest surface in that width, not up to its own
-//!    end.
-//! 4. Cells have a size too: a wall's line crosses its cells anywhere, so that a beam within a cell
-//!    of the wall may cross the wall's own cells. The width grows by `margin_cells`.
+//!    to either side. It is certainly free up to the nearest surface in that width, not up to its
+//!    own end.
+//! 4. Cells have a size too: a wall's line crosses its cells anywhere, so a beam within a cell of
+//!    the wall may cross the wall's own cells. The width grows by `margin_cells`.
 //! 5. Between two beams the surface is taken as straight: 1/ρ is linear in the bearing, to first
 //!    order, as on a line ρ cos(φ - α) = r.
-//! 6. The end is a point on a surface where moving it within its width (step 3, without that of
-//!    cells) moves it across the surface by less than [`BLUR_CELLS`]. With the way d along the beam
-//!    and the way l across it that is d l / √(d² + l²).
+//! 6. The end is a point on a surface if moving it within its width (step 3, without the width of
+//!    step 4) moves it across the surface by less than [`BLUR_CELLS`]. With the distance d along
+//!    the beam and the distance l across it, that is d l / √(d² + l²).
 //!
-//! Sonars hear the nearest thing in a cone: there the whole cone is free up to it
+//! Sonars hear the nearest thing in a cone: for them the whole cone up to it is free
 //! ([`EvidenceConfig::cone`]).
 //!
 //! Thrun, Burgard & Fox (2005), "Probabilistic Robotics", §9.2 give beams a width for the same
-//! reason; there it is that of the sensor's cone.
+//! reason; there it is the width of the sensor's cone.
 
 #[cfg(test)]
 mod tests;
@@ -36,7 +36,7 @@ use crate::bounds::config;
 use crate::geom::Length;
 use crate::points::{Beam, Points, WIDEST_GAP, on_surfaces};
 
-/// How many cells a surface may be off, at [`EvidenceConfig::sigmas`] standard deviations.
+/// How many cells a surface may be off at [`EvidenceConfig::sigmas`] standard deviations.
 const BLUR_CELLS: f64 = 1.0;
 
 config! {
@@ -60,7 +60,7 @@ config! {
 }
 
 impl EvidenceConfig {
-    /// For sonars with cones of this half opening, rad.
+    /// For sonars whose cones have this half angle, rad.
     #[must_use]
     pub fn cones(half_angle: f64) -> Self {
         Self {
@@ -69,8 +69,8 @@ impl EvidenceConfig {
         }
     }
 
-    /// For a sensor that scans on command and sees each cell a few times at most: every beam
-    /// counts, to its end.
+    /// For a sensor that scans on command and sees each cell a few times at most: every beam counts
+    /// up to its end.
     #[must_use]
     pub fn short_range() -> Self {
         Self {
@@ -82,7 +82,7 @@ impl EvidenceConfig {
 }
 
 impl EvidenceConfig {
-    /// The beams as far as they are believed: those without a return for a few metres.
+    /// The beams as far as they are believed: those without a return only for a few metres.
     #[must_use]
     pub fn believed(&self, points: &Points) -> Points {
         let beams = points.beams.iter();
@@ -106,10 +106,10 @@ impl EvidenceConfig {
     }
 }
 
-/// What one scan surely says, robot frame.
+/// The certain evidence of one scan, robot frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evidence {
-    /// Straight ways that are free, from the sensor on.
+    /// Straight lines that are free, from the sensor on.
     pub free: Vec<[Point2<f64>; 2]>,
     /// Points on surfaces.
     pub hits: Vec<Point2<f64>>,
@@ -167,18 +167,17 @@ impl Evidence {
         evidence
     }
 
-    /// Cones are free as far as the nearest thing in them, which was heard; where on the arc it
-    /// stands nobody knows, and the axis is the best guess. The last cell before the arc stays as
-    /// it is.
+    /// Cones are free up to the nearest thing in them, which was heard. Where on the arc it stands
+    /// is unknown, and the axis is the best guess. The last cell before the arc is not changed.
     ///
     /// Source: Thrun, Burgard & Fox (2005), §9.2, the inverse model of a sonar.
     fn of_cones(points: &Points, resolution: f64, half_angle: f64) -> Self {
         let mut evidence = Self::default();
-        // Where nothing is believed of silence, there is no cone.
+        // If no free space is believed for beams without a return, there is no cone.
         for beam in points.beams.iter().filter(|beam| beam.range > 0.0) {
             let reach = (beam.range - resolution).max(0.0);
             let way = beam.end_in_robot - beam.origin_in_robot;
-            // No cell of the arc lies between two rays.
+            // Rays so dense that no cell of the arc lies between two of them.
             let rays = (half_angle * beam.range / resolution).ceil() as i32;
             for ray in -rays..=rays {
                 let angle = half_angle * f64::from(ray) / f64::from(rays.max(1));
@@ -195,8 +194,8 @@ impl Evidence {
     }
 }
 
-/// The least range of all beams, and of the surface between them, within each of two `widths` of a
-/// beam to either side, rad; the narrower one first.
+/// The least range of all beams, and of the surface between them, within each of two `widths` on
+/// either side of a beam, rad; the narrower one first.
 fn nearest_within(beams: &[Beam], index: usize, widths: [f64; 2]) -> [f64; 2] {
     let Some(beam) = beams.get(index) else {
         return [0.0; 2];
@@ -220,7 +219,7 @@ fn nearest_on_one_side<'a>(
     let mut last = (0.0, beam.range);
     for neighbour in neighbours {
         let angle = angle_between(beam, neighbour);
-        // Bearings go round; where they turn back, or beams are far apart, there is no surface
+        // Bearings increase; where they jump back, or beams are far apart, there is no surface
         // between.
         if angle <= last.0 || angle - last.0 > WIDEST_GAP {
             break;

@@ -1,52 +1,53 @@
-//! Pictures of the distance to the nearest wall, one figure for each known cell.
+//! Pictures of the distance to the nearest wall, one value for each known cell.
 //!
-//! In: a [`Grid`], the revision up to which the field is known already. Out: for each block in
-//! which it may have changed one byte a cell.
+//! In: a [`Grid`], the revision up to which the field is already known. Out: one byte a cell for
+//! each block in which the field may have changed.
 //!
 //! 1. A byte holds distances up to the side of a block, [`BLOCK_CELLS`] cells. So a wall changes
-//!    the field in its own block and in the eight around it only, and a field costs what has
-//!    changed, not what there is.
-//! 2. Such blocks that stand beside each other are measured as one rectangle, a block wider on all
-//!    sides, by the exact distance transform.
-//! 3. Cells of which nothing is known stay unknown, whatever is near.
+//!    the field only in its own block and in the eight around it, and the cost depends on what has
+//!    changed, not on the size of the map.
+//! 2. Such blocks side by side are measured as one rectangle, a block wider on all sides, by the
+//!    exact distance transform.
+//! 3. Unknown cells stay unknown, whatever is near.
 
 use std::collections::BTreeSet;
 
 use super::{BLOCK_CELLS, BlockIndex, CellIndex, CellRect, CellState, DistanceField, Grid};
 
 const BLOCK: i32 = BLOCK_CELLS as i32;
-/// Steps between the least and the largest value of a byte, beside that of the unknown.
+/// Steps between the least and the greatest value of a byte; the value for unknown is separate.
 const STEPS: f64 = 254.0;
 
-/// What a picture shows of a cell whose centre is d away from that of the nearest occupied cell.
+/// The value that a picture shows of a cell whose centre is d away from that of the nearest
+/// occupied cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Field {
     /// d itself, m.
     Distance,
-    /// exp(-d²/2σ²): how well the end of a beam there fits the map, 0 to 1.
+    /// exp(-d²/2σ²): how well a beam that ends there fits the map, 0 to 1.
     ///
     /// Source: Thrun, Burgard & Fox (2005), "Probabilistic Robotics", §6.4.
     Likelihood {
-        /// How far surfaces and ends of beams are off, standard deviation, m.
+        /// Standard deviation of the error of surfaces and beam ends, m.
         sigma: f64,
     },
-    /// The configuration space: how far a robot's centre there may move in any direction, m; 0
-    /// where it may not be.
+    /// The configuration space: how far a robot's centre there may move in any direction, m; 0 in
+    /// places that it may not enter.
     Room {
-        /// How far the robot's centre keeps from walls, m.
+        /// Distance that the robot's centre keeps from walls, m.
         keep: f64,
     },
 }
 
-/// A field in blocks, some of them or all.
+/// A field in blocks, either some of them or all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldBlocks {
-    /// What a byte more means: m, of [`Field::Likelihood`] 1/254.
+    /// The value of one step of a byte: m; for [`Field::Likelihood`] 1/254.
     pub step: f64,
     /// The blocks.
     pub blocks: Vec<BlockIndex>,
     /// The cells of one block after another, in rows from the lower left one: 0 unknown, else 1 +
-    /// the value in steps, 255 for all that is more. Only [`Field::Room`] without any room is shown
+    /// the value in steps, 255 for everything above. Only [`Field::Room`] without any room is shown
     /// as 1.
     pub bytes: Vec<u8>,
 }
@@ -70,8 +71,8 @@ impl Field {
         match self {
             Self::Likelihood { .. } => 1.0 / STEPS,
             Self::Distance => BLOCK_CELLS as f64 * resolution / STEPS,
-            // The residue of the farthest wall in sight: of walls beyond it, "at least that" is
-            // true.
+            // The room up to the farthest wall in sight: for walls beyond it, "at least that"
+            // holds.
             Self::Room { keep } => {
                 let most = (BLOCK_CELLS as f64 - 0.5) * resolution - keep;
                 most.max(resolution) / STEPS
@@ -108,7 +109,7 @@ impl Field {
     /// The byte of a known cell.
     fn byte(self, distance: f64, resolution: f64) -> u8 {
         let step = self.step(resolution);
-        // There may be a nearer wall that is not in sight.
+        // There may be a nearer wall out of sight.
         let is_far = distance > BLOCK_CELLS as f64 * resolution;
         let distance = if is_far { f64::INFINITY } else { distance };
         let steps = match self {
@@ -117,14 +118,14 @@ impl Field {
                 let off = distance / sigma;
                 (libm::exp(-0.5 * off * off) / step).round()
             }
-            // As `plan::GridSpace` has it: the wall may be anywhere in its cell.
+            // As in `plan::GridSpace`: the wall may be anywhere in its cell.
             Self::Room { keep } => ((distance - 0.5 * resolution - keep) / step).ceil(),
         };
         1 + steps.clamp(0.0, STEPS) as u8
     }
 }
 
-/// The blocks that changed and those beside them, as far as the grid has them; row by row.
+/// The blocks that changed and their neighbours, as far as the grid has them; row by row.
 fn near_changes(grid: &Grid, revision: u64) -> Vec<BlockIndex> {
     let changed = grid.blocks_since(revision).map(|(block, _)| block);
     let around = |block: BlockIndex| {
@@ -138,7 +139,7 @@ fn near_changes(grid: &Grid, revision: u64) -> Vec<BlockIndex> {
         .collect()
 }
 
-/// First and last of those that stand side by side.
+/// First and last of each group of blocks side by side.
 fn runs(blocks: &[BlockIndex]) -> impl Iterator<Item = [BlockIndex; 2]> {
     let beside = |a: &BlockIndex, b: &BlockIndex| a.row == b.row && a.col + 1 == b.col;
     let runs = blocks.chunk_by(beside);
@@ -161,7 +162,7 @@ mod tests {
         Field::Room { keep: 0.2 },
     ];
 
-    /// A robot looks from `eye` at these points, four times.
+    /// A robot at `eye` sees these points, four times.
     fn look(grid: &mut Grid, eye: [f64; 2], hits: &[[f64; 2]]) {
         let point = |[x, y]: [f64; 2]| Point2::new(x, y);
         let evidence = Evidence {
@@ -172,7 +173,7 @@ mod tests {
     }
 
     /// Walls in several blocks, near and far from their borders, some of them right of and above
-    /// blocks that are not there.
+    /// missing blocks.
     fn seen() -> Grid {
         let mut grid = Grid::new(GridConfig::default()).unwrap();
         look(
@@ -238,7 +239,7 @@ mod tests {
                 }
                 let (expected, found) = (brute(field, &grid, &walls, cell), f64::from(byte) - 1.0);
                 if matches!(field, Field::Room { .. }) && byte == 255 {
-                    // Shown as "at least so much".
+                    // Shown as "at least this".
                     assert!(expected > 253.0, "{cell:?}: {expected}");
                 }
                 assert!(
@@ -257,7 +258,7 @@ mod tests {
                 all(&field.since(&grid, 0)).into_iter().collect();
             let revision = grid.revision();
             assert!(field.since(&grid, revision).blocks.is_empty());
-            // The last cell of a block: what changes is in the next one too.
+            // The last cell of a block: its changes reach into the next one too.
             let x = 3.17 - 0.1 * known.len() as f64 / 1e6;
             look(&mut grid, [0.52, 0.53], &[[x, 2.9], [1.0, 3.19]]);
             let changed = field.since(&grid, revision);

@@ -5,21 +5,21 @@
 //!
 //! 1. Each cell keeps l = ln(p / (1 - p)), 0 where nothing is known (Celej §2; Moravec & Elfes
 //!    1985).
-//! 2. A beam adds `miss` to the cells it leaves free ([`FreeCells`]) and `hit` to the one it ended
-//!    in; within one scan a hit wins over a miss, so that neighbouring beams do not rub out thin
-//!    walls.
-//! 3. l is clamped so that a map can change its mind; p = 1 - 1/(1 + eˡ) (erratum to Celej eq. (3),
-//!    see the specification).
+//! 2. A beam adds `miss` to the cells that it leaves free ([`FreeCells`]) and `hit` to the cell
+//!    where it ends; within one scan a hit overrides a miss, so that neighbouring beams do not
+//!    erase thin walls.
+//! 3. l is clamped so that a cell can still change its state; p = 1 - 1/(1 + eˡ) (erratum to Celej
+//!    eq. (3), see the specification).
 //!
-//! Storage: blocks of 64 x 64 cells in a directory that grows with the robot's way. A block knows
-//! the revision of its last change, so that a display fetches only what changed. A block in which
-//! all is as free as the clamp allows costs half a kilobyte: it shares its cells with others of the
-//! kind until something is written.
+//! Storage: blocks of 64 x 64 cells in a directory that grows as the robot explores. A block stores
+//! the revision of its last change, so a display fetches only what changed. A block in which every
+//! cell is as free as the clamp allows costs half a kilobyte: it shares its cells with other such
+//! blocks until something is written.
 //!
-//! Near the robot most cells are crossed by many beams of a scan, and count once. So beams only
+//! Near the robot most cells are crossed by many beams of a scan, but count once. So beams only
 //! mark cells, a bit each and a slice of a row or column at a time, on a canvas as large as the
-//! scan. Then each marked cell is changed once, eight side by side, and none that is as free as the
-//! clamp allows already.
+//! scan. Then each marked cell is updated once, eight side by side, except those that are already
+//! as free as the clamp allows.
 
 mod area;
 mod block;
@@ -65,18 +65,19 @@ const OCCUPIED_ABOVE: f64 = 0.65;
 /// Cells count as free below this probability.
 const FREE_BELOW: f64 = 0.35;
 
-/// An occupancy grid that grows where the robot looks.
+/// An occupancy grid that grows with what is seen.
 #[derive(Clone, Debug)]
 pub struct Grid {
     config: GridConfig,
     odds: Odds,
-    /// Cells that all are as free as the clamp allows: blocks of such share these.
+    /// Cells that are all as free as the clamp allows, shared by the blocks that consist of such
+    /// cells.
     free: Arc<Cells>,
     directory: Directory,
     revision: u64,
     /// Whether something was seen where the grid may not grow.
     is_beyond: bool,
-    /// Marks of the scan being inserted, in the first `marked` places; empty between scans, when
+    /// Marks of the scan being inserted, in the first `marked` places; cleared between scans, while
     /// the memory is kept.
     marks: Vec<Marks>,
     marked: usize,
@@ -87,7 +88,7 @@ pub struct Grid {
 impl Grid {
     /// An empty grid.
     ///
-    /// # Errors    [`GridError::Bounds`] for a figure out of its bounds.
+    /// # Errors    [`GridError::Bounds`] for a value out of its bounds.
     pub fn new(config: GridConfig) -> Result<Self, GridError> {
         config.validate()?;
         let log_odds = |p: f64| libm::log(p / (1.0 - p)) as f32;
@@ -118,7 +119,7 @@ impl Grid {
         self.config.resolution
     }
 
-    /// The configuration it was made with.
+    /// The configuration of the grid.
     #[must_use]
     pub fn config(&self) -> &GridConfig {
         &self.config
@@ -147,7 +148,7 @@ impl Grid {
         )
     }
 
-    /// Log-odds of a cell, 0 where nothing is known.
+    /// Log-odds of a cell, 0 if it is unknown.
     #[inline]
     #[must_use]
     pub fn log_odds(&self, cell: CellIndex) -> f32 {
@@ -155,20 +156,20 @@ impl Grid {
         self.directory.get(block).map_or(0.0, |b| b.cells()[offset])
     }
 
-    /// Probability that a cell is occupied, 0.5 where nothing is known.
+    /// Probability that a cell is occupied, 0.5 if it is unknown.
     #[must_use]
     pub fn probability(&self, cell: CellIndex) -> f64 {
         1.0 - 1.0 / (1.0 + libm::exp(f64::from(self.log_odds(cell))))
     }
 
-    /// What is believed of a cell.
+    /// The believed state of a cell.
     #[inline]
     #[must_use]
     pub fn state(&self, cell: CellIndex) -> CellState {
         self.state_of(self.log_odds(cell))
     }
 
-    /// What is believed at the given log-odds.
+    /// The believed state at the given log-odds.
     #[inline]
     #[must_use]
     pub fn state_of(&self, log_odds: f32) -> CellState {
@@ -181,12 +182,12 @@ impl Grid {
         }
     }
 
-    /// Writes what one scan saw from `map_from_robot`.
+    /// Writes what one scan saw, from `map_from_robot`.
     pub fn insert(&mut self, points: &Points, map_from_robot: &Pose2) {
         self.draw(&Evidence::of(points), map_from_robot);
     }
 
-    /// Writes what one scan says, seen from `map_from_robot`.
+    /// Writes the evidence of one scan, seen from `map_from_robot`.
     pub fn draw(&mut self, evidence: &Evidence, map_from_robot: &Pose2) {
         self.revision += 1;
         let scale = 1.0 / self.config.resolution;
@@ -211,7 +212,7 @@ impl Grid {
             .map(|(index, b)| (index, &b.cells()[..]))
     }
 
-    /// Log-odds of a block in rows from the lower left cell; `None` where nothing was drawn.
+    /// Log-odds of a block in rows from the lower left cell; `None` if nothing was drawn there.
     #[must_use]
     pub fn block(&self, index: BlockIndex) -> Option<&[f32]> {
         self.directory.get(index).map(|b| &b.cells()[..])
@@ -223,12 +224,12 @@ impl Grid {
         self.directory.count
     }
 
-    /// Whether all that was seen is in the grid. What lies beyond its limits is missing; the rest
-    /// is there.
+    /// Whether everything that was seen is in the grid. Only what lies beyond its limits is
+    /// missing.
     ///
     /// # Errors    [`GridError::Full`] once something was seen in a block that the grid may not
-    /// have: there are [`GridConfig::max_blocks`] of them, or it lies so far away that the
-    /// directory would be much larger than that.
+    /// have: either it already has [`GridConfig::max_blocks`], or the block lies so far away that
+    /// the directory would become much larger than that.
     pub fn is_whole(&self) -> Result<(), GridError> {
         if self.is_beyond {
             return Err(GridError::Full {
@@ -239,16 +240,15 @@ impl Grid {
         Ok(())
     }
 
-    /// Where a block is in the directory, made if need be; `None` where the grid may not grow
-    /// there.
+    /// Where a block is in the directory, made if need be; `None` if the grid may not grow there.
     fn slot(&mut self, index: BlockIndex) -> Option<usize> {
         let slot = self.directory.slot_or_create(index, self.config.max_blocks);
         self.is_beyond |= slot.is_none();
         slot
     }
 
-    /// Where the marks of a block are that the scan being inserted sees; `None` where the grid may
-    /// not grow there.
+    /// The index of the marks of a block in the scan being inserted; `None` if the grid may not
+    /// grow there.
     fn marks_of(&mut self, index: BlockIndex) -> Option<usize> {
         let slot = self.slot(index)?;
         let block = self.directory.blocks.get_mut(slot)?.as_mut()?;
@@ -263,7 +263,7 @@ impl Grid {
         block.marks
     }
 
-    /// Writes the marks into the cells and takes them away.
+    /// Writes the marks into the cells and clears them.
     fn write_marked(&mut self) {
         lanes::run(WriteMarks(self));
         self.marked = 0;

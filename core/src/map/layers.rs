@@ -1,12 +1,12 @@
-//! Two sensors, a grid each, and the map of both.
+//! Two sensors with a grid each, and the fused map of both.
 //!
 //! In: the grid that the laser draws and the one that sonars draw, each by its own model. Out: the
 //! log-odds of either, or of both together, for the blocks that changed.
 //!
 //! What two sensors say of a cell is independent given the cell, and the prior is even, so log-odds
-//! add: l = l₁ + l₂, which is p = p₁ p₂ / (p₁ p₂ + (1 - p₁) (1 - p₂)). Each is clamped by its own
-//! grid and outvotes the other only by so much; a pane of glass that the laser looks through and
-//! the sonars hear comes out as undecided or as a wall once they have heard it about nine times.
+//! add: l = l₁ + l₂, which is p = p₁ p₂ / (p₁ p₂ + (1 - p₁) (1 - p₂)). Each grid clamps its own, so
+//! neither can outvote the other without limit: a pane of glass that the laser sees through and the
+//! sonars hear comes out as undecided, or as a wall once they have heard it about nine times.
 //!
 //! Source: Celej §8 (sonars beside the laser, left open there); Thrun, Burgard & Fox (2005), §9.3.
 
@@ -14,20 +14,20 @@ use std::borrow::Cow;
 
 use super::{BlockIndex, Grid};
 
-/// Which map is meant.
+/// One of the maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Layer {
-    /// That of the sensor which the pose comes from.
+    /// The map of the main sensor, which the pose comes from.
     #[default]
     Main,
-    /// That of the sonars beside it.
+    /// The map of the sonars beside it.
     Sonar,
-    /// Both.
+    /// The map of both.
     Fused,
 }
 
 impl Layer {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All variants, with their names in settings and their names for people.
     pub const ALL: [(&'static str, Self, &'static str); 3] = [
         ("sensor", Self::Main, "the sensor's"),
         ("sonars", Self::Sonar, "the sonars'"),
@@ -35,14 +35,14 @@ impl Layer {
     ];
 }
 
-/// A grid, perhaps that of sonars beside it, and which of them is looked at.
+/// A grid, the grid of the sonars if any, and which of them is shown.
 #[derive(Clone, Copy, Debug)]
 pub struct Layers<'a> {
-    /// Drawn by the sensor which the pose comes from.
+    /// Drawn by the main sensor, which the pose comes from.
     pub main: &'a Grid,
     /// Drawn by the sonars, in cells of the same size.
     pub sonar: Option<&'a Grid>,
-    /// Which is looked at; without sonars always the main one.
+    /// Which map is shown; without sonars always the main one.
     pub shown: Layer,
 }
 
@@ -50,7 +50,7 @@ pub struct Layers<'a> {
 const REVISION_BITS: u32 = 26;
 
 impl<'a> Layers<'a> {
-    /// Grows with every change of what is looked at.
+    /// Grows with every change of the map that is shown.
     #[must_use]
     pub fn revision(&self) -> u64 {
         match (self.shown, self.sonar) {

@@ -1,10 +1,10 @@
-//! How well a point fits a map, for every cell and for every square of cells: what branch and bound
-//! needs.
+//! How well a point fits a map, for every cell and for every square of cells, as branch and bound
+//! needs it.
 //!
-//! In: places of surfaces. Out: levels of a grid of bytes. Level 0 holds 255 exp(-d²/2σ²) of the
+//! In: positions of surfaces. Out: levels of a grid of bytes. Level 0 holds 255 exp(-d²/2σ²) of the
 //! distance d to the nearest surface; level h holds, for each cell, the largest value of the 2^h x
-//! 2^h cells whose lower left it is. The sum over a scan's points at level h is then an upper bound
-//! for all shifts of the scan within such a square.
+//! 2^h cells of which it is the lower left. The sum over a scan's points at level h is then an
+//! upper bound for all shifts of the scan within such a square.
 //!
 //! Source: Hess et al. (2016), "Real-time loop closure in 2D LIDAR SLAM", section V-B; Olson
 //! (2009), "Real-time correlative scan matching".
@@ -28,10 +28,10 @@ pub struct LikelihoodPyramid {
 const MAX_CELLS: i64 = 1 << 23;
 
 impl LikelihoodPyramid {
-    /// Lays `levels` levels with cells of `cell` metres over the places; `sigma` is the spread of a
-    /// surface, m.
+    /// Builds `levels` levels with cells of `cell` metres over the places; `sigma` is the standard
+    /// deviation of a surface's position, m.
     ///
-    /// `None` where there are no places, or they span more than eight million cells.
+    /// `None` if there are no places, or they span more than eight million cells.
     #[must_use]
     pub fn new(
         places: impl Iterator<Item = Point2<f64>> + Clone,
@@ -49,7 +49,7 @@ impl LikelihoodPyramid {
             return None;
         }
         let reach = (3.0 * sigma / cell).ceil() as i32;
-        // Squares that begin left of or below the map still see into it.
+        // Squares that begin left of or below the map still overlap it.
         let pad = (1_i32 << levels.clamp(1, 12)) + reach;
         let low = (min.0.checked_sub(pad)?, min.1.checked_sub(pad)?);
         let cols = max.0.checked_add(reach + 1)?.checked_sub(low.0)?;
@@ -62,7 +62,7 @@ impl LikelihoodPyramid {
         let mut across = vec![];
         for place in places {
             let (col, row) = to_cell(place);
-            // A bell over (x, y) is one over x times one over y.
+            // A Gaussian over (x, y) is one over x times one over y.
             let along = |cells: i32, place: f64| {
                 let off = (f64::from(cells) + 0.5) * cell - place;
                 libm::exp(scale * off * off)
@@ -104,13 +104,13 @@ impl LikelihoodPyramid {
         self.levels.len()
     }
 
-    /// The memory that it takes.
+    /// Memory use.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.levels.iter().map(Vec::len).sum()
     }
 
-    /// Column and row of the cell that holds a place, which may be outside.
+    /// Column and row of the cell that holds a place, which may be outside the map.
     #[inline]
     #[must_use]
     pub fn cell_of(&self, place: Point2<f64>) -> (i32, i32) {
@@ -121,7 +121,7 @@ impl LikelihoodPyramid {
         )
     }
 
-    /// Columns and rows, from the lower left cell on.
+    /// Number of columns and rows.
     #[must_use]
     pub fn size(&self) -> (i32, i32) {
         (self.cols, self.rows)
@@ -134,7 +134,7 @@ impl LikelihoodPyramid {
         Point2::new(at(col, self.low.0), at(row, self.low.1))
     }
 
-    /// The sum over cells that are shifted by `shift`, at a level.
+    /// The sum of the cells shifted by `shift`, at a level.
     #[must_use]
     pub fn sum(&self, level: usize, cells: &[(i32, i32)], shift: (i32, i32)) -> u32 {
         let Some(values) = self.levels.get(level) else {
@@ -143,7 +143,7 @@ impl LikelihoodPyramid {
         let (cols, rows) = (self.cols as u32, self.rows as u32);
         let mut sum = 0;
         for &(col, row) in cells {
-            // Negative becomes larger than any size.
+            // A negative index becomes larger than any size.
             let (col, row) = (
                 col.wrapping_add(shift.0) as u32,
                 row.wrapping_add(shift.1) as u32,
@@ -155,7 +155,7 @@ impl LikelihoodPyramid {
         sum
     }
 
-    /// The same where it is above `least`; else some number that is not, found sooner.
+    /// The same sum if it is above `least`; otherwise some number that is not, found sooner.
     #[must_use]
     pub fn sum_above(
         &self,
@@ -171,7 +171,7 @@ impl LikelihoodPyramid {
         let (mut sum, mut left) = (0, 255 * cells.len() as u32);
         for some in cells.chunks(32) {
             for &(col, row) in some {
-                // Negative becomes larger than any size.
+                // A negative index becomes larger than any size.
                 let col = col.wrapping_add(shift.0) as u32;
                 let row = row.wrapping_add(shift.1) as u32;
                 if col < cols && row < rows {
@@ -186,7 +186,7 @@ impl LikelihoodPyramid {
         sum
     }
 
-    /// The last level with squares twice as large: the maximum of four squares that lie `half`
+    /// The last level with squares of twice the side: the maximum of four squares that lie `half`
     /// cells apart.
     fn coarser(&self, half: i32) -> Vec<u8> {
         let Some(last) = self.levels.last() else {

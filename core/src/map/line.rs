@@ -1,22 +1,24 @@
-//! A straight way over the cells of a grid, as slices along its longer axis.
+//! A straight line over the cells of a grid, as slices along its longer axis.
 //!
-//! In: the two ends, in cells. Out: for each row (of a way along x, else for each column) the cells
-//! from where the way comes in to where it leaves.
+//! In: the two ends, in cells. Out: for each row (or for each column, if the line is longer along
+//! y) the cells from where the line enters to where it leaves.
 //!
-//! 1. The axis along which the way is longer is called along, the other one across; the way is
+//! 1. The axis along which the line is longer is called along, the other one across; the line is
 //!    taken in the direction in which along grows.
-//! 2. Between two slices the way is at u₁ + k s along, where s = |Δu / Δv| ≥ 1 is its slope and u₁
-//!    the place of the first border. A number with [`FRACTION`] binary digits after the point holds
-//!    it: one addition to a slice, and a shift that gives the cell.
-//! 3. [`CellLine::crossed`]: both slices beside a border have the cell of that place, so that every
-//!    cell is there that the way enters.
-//! 4. [`CellLine::bresenham`]: along the longer axis every column (or row) has one cell, that whose
-//!    centre is nearest to the line between the centres of the first and the last cell; of two the
-//!    one farther on. With n columns and m rows, row k begins at column ⌈n (2k - 1) / 2m⌉.
+//! 2. At border k between slices, counted from 0, the line is at u₁ + k s along, where s = |Δu /
+//!    Δv| ≥ 1 is its slope and u₁ its place at the first border. Places are fixed-point numbers
+//!    with [`FRACTION`] binary digits after the point: each slice costs one addition, and a shift
+//!    that gives the cell.
+//! 3. [`CellLine::crossed`]: both slices beside a border contain the cell at that place, so every
+//!    cell is there that the line enters.
+//! 4. [`CellLine::bresenham`]: along the longer axis every column (or row) has one cell, whose
+//!    centre is nearest to the line between the centres of the first and the last cell; of two such
+//!    cells the one farther on. With n columns and m rows, row k begins at column ⌈n (2k - 1) /
+//!    2m⌉.
 //!
-//! Places are nudged by more than what rounding can do to them, so that a border which a way meets
-//! exactly is on the same side always. In step 4 that is less than the least distance from a
-//! border, 1 / 2m; in step 3 it is next to nothing, and a way through a corner of four cells is
+//! Places are nudged by more than the rounding error, so that a border which a line meets exactly
+//! always falls on the same side. In step 4 the nudge is less than the least distance from a
+//! border, 1 / 2m; in step 3 it is next to nothing, and a line through a corner of four cells is
 //! taken to pass where along is greater.
 //!
 //! Sources: Amanatides & Woo (1987), "A fast voxel traversal algorithm for ray tracing", for what
@@ -29,35 +31,35 @@ use nalgebra::Point2;
 use super::CellIndex;
 use super::ray::are_in_reach;
 
-/// Binary digits after the point.
+/// Binary digits after the point of a fixed-point number.
 pub(super) const FRACTION: u32 = 44;
-/// Longest way along either axis, cells: 13 km at 5 cm.
+/// Longest line along either axis, cells: 13 km at 5 cm.
 const REACH: i64 = 1 << 18;
-/// For step 3, in cells: what rounding does in a thousand slices.
+/// For step 3, in cells: the rounding error of a thousand slices.
 const CORNER_NUDGE: f64 = 1.0 / (1_i64 << 34) as f64;
-/// For step 4, in cells: between what rounding does over the longest way and 1 / 2m.
+/// For step 4, in cells: between the rounding error over the longest line and 1 / 2m.
 const MIDDLE_NUDGE: f64 = 1.0 / (1_i64 << 22) as f64;
 
-/// A way in slices; along grows from slice to slice.
+/// A line in slices; along grows from slice to slice.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellLine {
-    /// Along is x and slices are of rows; else along is y and slices are of columns.
+    /// Whether along is x and slices are of rows; otherwise along is y and slices are of columns.
     pub(super) is_flat: bool,
     /// Row (or column) of the first slice.
     pub(super) across: i32,
-    /// From one slice to the next, 1 or -1.
+    /// Step from one slice to the next, 1 or -1.
     pub(super) step: i32,
-    /// Slices after the first one.
+    /// Number of slices after the first one.
     pub(super) more: u32,
     /// First cell of the first slice.
     pub(super) from: i32,
     /// Last cell of the last slice.
     pub(super) to: i32,
-    /// Where the second slice begins, from the lower border of `from` on; with a fraction.
+    /// Where the second slice begins, measured from the lower border of `from`; fixed-point.
     pub(super) border: i64,
-    /// How much farther on each of the others begins; with a fraction.
+    /// How much farther on each further slice begins; fixed-point.
     pub(super) slope: i64,
-    /// What the first cell of a slice is more than the last of that before: 0 or 1.
+    /// Difference between the first cell of a slice and the last cell of the slice before: 0 or 1.
     pub(super) gap: usize,
 }
 
@@ -70,7 +72,7 @@ pub(super) struct Slice {
 }
 
 impl CellLine {
-    /// Every cell that the way from `start` to `end` enters. `None` where an end is not finite or
+    /// Every cell that the line from `start` to `end` enters. `None` if an end is not finite or
     /// they are too far apart.
     pub(crate) fn crossed(start: Point2<f64>, end: Point2<f64>) -> Option<Self> {
         let way = end - start;
@@ -82,7 +84,7 @@ impl CellLine {
             let border = f64::from(line.across) + if line.step > 0 { 1.0 } else { 0.0 };
             let place = (a.x - f64::from(line.from)) + (border - a.y).abs() * slope;
             (line.border, line.slope) = (fixed(place + CORNER_NUDGE), fixed(slope));
-            // The nudge must not carry the way past its end.
+            // The nudge must not carry the line past its end.
             let last = line.border + i64::from(line.more - 1) * line.slope;
             let most = (i64::from(line.to - line.from + 1) << FRACTION) - 1;
             line.border -= (last - most).max(0);
@@ -90,8 +92,8 @@ impl CellLine {
         Some(line)
     }
 
-    /// The cells of Bresenham's line from the cell of `start` to that of `end`. `None` where an end
-    /// is not finite or they are too far apart.
+    /// The cells of Bresenham's line from the cell of `start` to that of `end`. `None` if an end is
+    /// not finite or they are too far apart.
     pub(super) fn bresenham(start: Point2<f64>, end: Point2<f64>) -> Option<Self> {
         let cells = [start, end].map(CellIndex::holding);
         let cols = i64::from(cells[1].col) - i64::from(cells[0].col);
@@ -112,7 +114,8 @@ impl CellLine {
         Some(line)
     }
 
-    /// All but what lies between the first and the last cell, which are given as along and across.
+    /// Everything except the slices between the first and the last cell, which are given as along
+    /// and across.
     fn between(
         first: [i32; 2],
         last: [i32; 2],
@@ -135,7 +138,7 @@ impl CellLine {
         })
     }
 
-    /// The slices one after another.
+    /// The slices in order.
     pub(super) fn slices(self) -> impl Iterator<Item = Slice> {
         let last_of = move |slice: u32| {
             let place = self.border + i64::from(slice) * self.slope;
@@ -187,7 +190,7 @@ impl CellLine {
     }
 }
 
-/// Step 1: ends as along and across, and whether they changed places.
+/// Step 1: the ends as along and across, and whether they were swapped.
 fn in_order(ends: [Point2<f64>; 2], is_flat: bool) -> ([Point2<f64>; 2], bool) {
     let [a, b] = ends.map(|p| if is_flat { p } else { Point2::new(p.y, p.x) });
     if a.x <= b.x {
@@ -233,7 +236,7 @@ mod tests {
         cells_of(CellLine::crossed([start.0, start.1].into(), [end.0, end.1].into()).unwrap())
     }
 
-    /// By the definition: along the longer axis, the shorter one rounded, halves onwards.
+    /// By the definition: along the longer axis, the shorter coordinate rounded, halves onwards.
     fn rounded((ax, ay): (i32, i32), (bx, by): (i32, i32)) -> BTreeSet<(i32, i32)> {
         let (dx, dy) = (i64::from(bx - ax), i64::from(by - ay));
         let n = dx.abs().max(dy.abs()).max(1);
@@ -318,7 +321,7 @@ mod tests {
         }
     }
 
-    /// Where rounding decides, and what it decides: both ways the same cells.
+    /// Cases that rounding decides, and what it decides: the same cells in both directions.
     #[test]
     fn ways_through_corners_of_cells_are_paths_and_the_same_back() {
         let corners = [-7.0, -2.0, -1.5, -1.0, -0.0, 0.0, 0.5, 1.0, 3.0, 9.0];

@@ -1,30 +1,30 @@
-//! The outlines of what stands in a raster, as polygons.
+//! The outlines of occupied areas in a raster, as polygons.
 //!
 //! In: a raster of cells, some of them occupied. Out: closed polygons along the borders of the
-//! occupied cells, with what is free on the left of the way round, as known lines of a localisation
-//! have it.
+//! occupied cells, with free space on the left when going round, as for the known lines of
+//! localisation.
 //!
-//! 1. Each side of an occupied cell that has no occupied cell behind it is an edge. Edges are
-//!    followed from corner to corner; where two occupied cells touch at a corner only, they belong
-//!    together: a thin wall that runs askew is one wall.
-//! 2. An askew wall is a staircase of cells. Its line runs through the middles of the cells' sides,
-//!    so these are the points of the polygon; of them those are kept without which it would be off
-//!    by more than `tolerance` (Douglas & Peucker 1973), from the point farthest from the middle
-//!    and the one farthest from that on. With a tolerance of one cell all staircases become
-//!    straight, and a wall of one cell becomes the line in its middle.
+//! 1. Each side of an occupied cell with no occupied cell beyond it is an edge. Edges are followed
+//!    from corner to corner; occupied cells that touch only at a corner belong together, because a
+//!    thin diagonal wall is one wall.
+//! 2. A diagonal wall is a staircase of cells. Its line runs through the midpoints of the cells'
+//!    sides, so these are the points of the polygon. Points are dropped as long as the polygon
+//!    stays within `tolerance` (Douglas & Peucker 1973), starting from the point farthest from the
+//!    centre and the point farthest from that one. With a tolerance of one cell all staircases
+//!    become straight, and a wall of one cell becomes the line in its middle.
 
 use nalgebra::Point2;
 
 use crate::geom::sides_of;
 
-/// East, north, west, south: the step of each, in corners.
+/// East, north, west, south: the step in each direction, in corners.
 const STEPS: [(i64, i64); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
 /// Polygons around the occupied cells; corner (0, 0) is the lower left one of the first cell.
 ///
-/// # Units    `occupied`: row by row, the lowest first, `width` cells each; cells that it is too
-/// short for are not occupied. `tolerance`: cells; 0 keeps the corners of the cells as they are.
-/// Returns corners in cells. What is thinner than the tolerance is a line there and back: two
+/// # Units    `occupied`: row by row, the lowest first, `width` cells each; cells beyond its end
+/// are not occupied. `tolerance`: cells; 0 keeps the corners of the cells unchanged. Returns
+/// corners in cells. Anything thinner than the tolerance becomes a line there and back: two
 /// corners.
 #[must_use]
 pub fn outlines(width: usize, occupied: &[bool], tolerance: f64) -> Vec<Vec<Point2<f64>>> {
@@ -32,7 +32,7 @@ pub fn outlines(width: usize, occupied: &[bool], tolerance: f64) -> Vec<Vec<Poin
     rings.map(|ring| simplified(&ring, tolerance)).collect()
 }
 
-/// The corners of all rings, as they are.
+/// All corners of all rings.
 pub(super) fn rings(width: usize, occupied: &[bool]) -> Vec<Vec<Point2<f64>>> {
     let mut edges = Edges::of(width, occupied);
     let mut rings = vec![];
@@ -44,8 +44,8 @@ pub(super) fn rings(width: usize, occupied: &[bool]) -> Vec<Vec<Point2<f64>>> {
     rings
 }
 
-/// For each corner of the raster the ways along which edges leave it, a bit each in the order of
-/// [`STEPS`].
+/// For each corner of the raster, the directions in which edges leave it, a bit each in the order
+/// of [`STEPS`].
 struct Edges {
     columns: usize,
     ways: Vec<u8>,
@@ -78,7 +78,7 @@ impl Edges {
         Self { columns, ways }
     }
 
-    /// The ring of corners that begins at a corner, and takes its edges away; `None` where no edge
+    /// The ring of corners that begins at a corner; its edges are removed. `None` if no edge
     /// remains.
     fn follow(&mut self, start: usize) -> Option<Vec<Point2<f64>>> {
         let first = (0..4).find(|way| self.ways[start] & (1 << way) != 0)?;
@@ -88,13 +88,14 @@ impl Edges {
             self.ways[at] &= !(1 << way);
             let (dx, dy) = STEPS[way];
             at = (at as i64 + dx + dy * self.columns as i64) as usize;
-            // To the left first: there the cell stands that touches at this corner only.
+            // To the left first: there stands the cell that touches only at this corner.
             let next = [1, 0, 3]
                 .map(|turn| (way + turn) % 4)
                 .into_iter()
                 .find(|&next| self.ways[at] & (1 << next) != 0 || (at == start && next == first))?;
             if at == start && next == first {
-                // The beginning lies within a straight piece where the way does not turn.
+                // If the ring does not turn at its beginning, that corner lies within a straight
+                // piece.
                 if next == way {
                     ring.remove(0);
                 }
@@ -112,7 +113,7 @@ impl Edges {
     }
 }
 
-/// The middles of the sides of cells along a ring.
+/// The midpoints of the sides of cells along a ring.
 fn middles(ring: &[Point2<f64>]) -> Vec<Point2<f64>> {
     let sides = sides_of(ring).flat_map(|(a, b)| {
         let along = b - a;
@@ -132,7 +133,7 @@ fn simplified(corners: &[Point2<f64>], tolerance: f64) -> Vec<Point2<f64>> {
     kept.into_iter().map(|i| ring[i]).collect()
 }
 
-/// Which points of a ring are needed, in its order from one of them on.
+/// Which points of a ring are needed, in ring order from one of them on.
 pub(super) fn needed(ring: &[Point2<f64>], tolerance: f64) -> Vec<usize> {
     let count = ring.len();
     let farthest_from = |from: Point2<f64>| {
@@ -193,7 +194,7 @@ mod tests {
         let (width, cells) = picture(&["#####", "#...#", "#...#", "#####"]);
         let found = outlines(width, &cells, 0.0);
         assert_eq!(found.len(), 2);
-        // Free on the left: clockwise around what stands, counter-clockwise around what is free.
+        // Free on the left: clockwise around obstacles, counter-clockwise around free space.
         assert_eq!(
             found.iter().map(|p| area(p)).collect::<Vec<_>>(),
             [-20.0, 6.0]

@@ -24,10 +24,11 @@ pub fn cells_on_ray(start: Point2<f64>, end: Point2<f64>, mut visit: impl FnMut(
     let (step_row, mut t_row, dt_row) = axis(start.y, delta.y);
     visit(cell);
     for _ in 0..steps {
-        // Rounding must not carry an axis past its last cell: then the other one steps.
+        // Rounding must not carry an axis past its last cell: then the other axis steps.
         let col_done = cell.col == last.col;
         let row_done = cell.row == last.row;
-        // No branch, for which way it goes is chance; both sums are begun before it is known.
+        // Without a branch, because the direction is unpredictable; both sums start before it is
+        // known.
         let (next_col, next_row) = (t_col + dt_col, t_row + dt_row);
         let along_col = !col_done & (row_done | (t_col < t_row));
         t_col = if along_col { next_col } else { t_col };
@@ -43,7 +44,8 @@ pub(super) fn are_in_reach(start: Point2<f64>, end: Point2<f64>) -> bool {
     coordinates.all(|c| c.is_finite() && c.abs() < 1e9)
 }
 
-/// Direction of the step, line parameter of the first border, and parameter between borders.
+/// Direction of the step, line parameter at the first border, and parameter difference between
+/// borders.
 fn axis(start: f64, delta: f64) -> (i32, f64, f64) {
     if delta > 0.0 {
         (1, (start.floor() + 1.0 - start) / delta, 1.0 / delta)

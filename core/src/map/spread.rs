@@ -1,10 +1,10 @@
-//! Cells that hang together.
+//! Connected cells.
 //!
-//! In: a cell, what lies around each, and which are meant. Out: all that can be reached from it,
-//! ring by ring.
+//! In: a cell, the neighbours of each cell, and which cells belong. Out: all cells that can be
+//! reached from it, ring by ring.
 
-/// The cells of a raster that are no more than `reach` columns and rows from a cell, itself
-/// included; row by row.
+/// The cells of a raster that are at most `reach` columns and rows from a cell, including that
+/// cell; row by row.
 pub(crate) fn cells_around(
     cell: usize,
     reach: usize,
@@ -20,12 +20,12 @@ pub(crate) fn cells_around(
 /// Cells in the order in which they were reached.
 pub(crate) struct Rings {
     cells: Vec<u32>,
-    /// Where each ring begins among them.
+    /// Index at which each ring begins.
     starts: Vec<usize>,
 }
 
-/// Spreads from `seed` over cells that `take` gives, once each: it tells whether a cell is meant
-/// and was not reached before. The seed must be as one that was reached.
+/// Spreads from `seed` over the cells that `take` accepts, once each: it returns whether a cell
+/// belongs and was not reached before. The caller must mark the seed as reached.
 pub(crate) fn spread<N: IntoIterator<Item = usize>>(
     seed: usize,
     around: impl Fn(usize) -> N,
@@ -55,7 +55,7 @@ impl Rings {
         self.cells.iter().map(|&cell| cell as usize)
     }
 
-    /// The cells of so many rings at a time.
+    /// The cells in bands of this many rings.
     pub(crate) fn bands(&self, rings: usize) -> impl Iterator<Item = Vec<usize>> {
         let starts = || self.starts.iter().copied().step_by(rings.max(1));
         let ends = starts().skip(1).chain([self.cells.len()]);
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn rings_are_the_cells_at_that_many_steps() {
-        // A street that goes round the corner, and a yard beside it that it does not touch.
+        // A street that goes round the corner, and a yard beside it that does not touch it.
         let street = [0, 1, 2, 3, 13, 23, 33, 32, 31];
         let mut left: BTreeSet<usize> = street.into_iter().chain([51, 52]).collect();
         left.remove(&2);

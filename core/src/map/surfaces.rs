@@ -1,37 +1,36 @@
-//! Where the surfaces are whose hits have made cells occupied: finer than the cells.
+//! Positions of the surfaces whose hits made cells occupied, finer than the cells.
 //!
 //! In: a raster of cells, some of them occupied, some free. Out: straight pieces of surface, with
-//! what is free on the left.
+//! free space on the left.
 //!
 //! 1. A surface lies within cells, not at their border: its hits fall a little before it and a
-//!    little behind, and one that runs along a border between cells makes both occupied. Of a wall
-//!    that is one cell thick it is the middle; of a thicker one it lies half a cell behind the
-//!    front at the least, and a cell where the hits of both sides of a border are in it. A wall
-//!    taken at its front is too near by that, and so is the one opposite: a room then is narrower
-//!    than the robot sees it.
-//! 2. So the middles of the cells' sides are moved inwards by half of what is occupied behind them,
-//!    at most by a cell.
-//! 3. They are cut into straight pieces ([`super::outlines`] has it for polygons).
-//! 4. Only where a piece faces what is known to be free was a surface seen. Of a wall that was seen
-//!    from both sides, each side is a row of cells with nothing known between them: the back of
-//!    one looks like the front of the other, a wall's thickness behind it, and would draw to it
-//!    what was seen.
-//! 5. A line is fitted to each piece (total least squares): a front that is ragged by a cell is so
-//!    to either side.
+//!    little behind it, and a surface along a border between cells makes the cells on both sides
+//!    occupied. In a wall one cell thick it is the middle; in a thicker one it lies at least half a
+//!    cell behind the front, and a whole cell if hits fell on both sides of a border. A wall taken
+//!    at its front is too near by that much, and so is the opposite wall: the room would be
+//!    narrower than the robot measures it.
+//! 2. So the midpoints of the cells' sides are moved inwards by half the depth of the occupied
+//!    cells behind them, at most by a cell.
+//! 3. They are cut into straight pieces (as in [`super::outlines`] for polygons).
+//! 4. A surface was seen only where a piece faces known free space. A wall that was seen from both
+//!    sides is two rows of cells with unknown cells between them: the back of one row looks like a
+//!    front, a wall's thickness behind the other front, and would attract what was seen there.
+//! 5. A line is fitted to each piece (total least squares): a front that is ragged by a cell is
+//!    ragged to both sides equally.
 
 use nalgebra::{Point2, Vector2};
 
 use super::outline::{needed, rings};
 use crate::geom::{Segment, sides_of, unit_vector};
 
-/// Farthest that a surface lies behind the border of its cells, in cells.
+/// Greatest depth of a surface behind the border of its cells, in cells.
 const DEEPEST: f64 = 1.0;
 
-/// A surface goes on where no more sides of cells than these face what is unknown: a cell before
-/// a wall that no beam has crossed.
+/// A surface continues across at most this many sides of cells that face the unknown, such as a
+/// cell before a wall that no beam has crossed.
 const WIDEST_GAP: usize = 2;
 
-/// The surfaces of what is occupied and faces what is free; corner (0, 0) is the lower left one of
+/// The surfaces of the occupied cells that face free space; corner (0, 0) is the lower left one of
 /// the first cell.
 ///
 /// # Units    `occupied` and `free`: row by row, the lowest first, `width` cells each. `tolerance`:
@@ -63,11 +62,11 @@ struct Raster<'a> {
     free: &'a [bool],
 }
 
-/// Where the surface behind one side of a cell is.
+/// The surface point behind one side of a cell.
 #[derive(Clone, Copy, Debug)]
 struct SurfacePoint {
     place: Point2<f64>,
-    /// Whether what is before it is known to be free.
+    /// Whether the cell in front is known to be free.
     faces_free: bool,
 }
 
@@ -88,7 +87,7 @@ impl Raster<'_> {
         sides.map(inset).collect()
     }
 
-    /// Occupied cells in a row, from a side of the first on, as far as they matter.
+    /// Number of occupied cells in a row inwards from a side, as far as it matters.
     fn depth(&self, side: Point2<f64>, inwards: Vector2<f64>) -> f64 {
         let most = (2.0 * DEEPEST).ceil() as usize;
         let cells = (0..most).map(|k| side + inwards * (k as f64 + 0.5));
@@ -104,8 +103,8 @@ impl Raster<'_> {
     }
 }
 
-/// Step 4: of the points of a ring from one to another those that face what is free, in runs
-/// without a wide gap.
+/// Step 4: the points of a ring from one to another that face free space, in runs without a wide
+/// gap.
 fn seen_runs(ring: &[SurfacePoint], from: usize, to: usize) -> Vec<Vec<Point2<f64>>> {
     let count = (to + ring.len() - from) % ring.len();
     let points = (0..=count).filter_map(|i| ring.get((from + i) % ring.len()));
@@ -125,7 +124,7 @@ fn seen_runs(ring: &[SurfacePoint], from: usize, to: usize) -> Vec<Vec<Point2<f6
     runs
 }
 
-/// Step 5: the line through points; `None` where they are one place.
+/// Step 5: the line through points; `None` if they coincide.
 fn fitted(points: &[Point2<f64>]) -> Option<Segment> {
     let (a, b) = (points.first()?, points.last()?);
     let sum: Vector2<f64> = points.iter().map(|p| p.coords).sum();
@@ -151,7 +150,7 @@ mod tests {
 
     const SIDE: usize = 120;
 
-    /// A raster that hits with this noise have made of a square room whose walls lie at `low` and
+    /// The raster that hits with this noise give of a square room whose walls lie at `low` and
     /// `high`, cells: each cell in which a beam ever ended.
     fn room(low: f64, high: f64, noise: f64) -> Vec<bool> {
         let mut cells = vec![false; SIDE * SIDE];
@@ -168,7 +167,7 @@ mod tests {
         cells
     }
 
-    /// All that is not occupied is free.
+    /// The cells that are not occupied are free.
     fn rest(occupied: &[bool]) -> Vec<bool> {
         occupied.iter().map(|is_wall| !is_wall).collect()
     }
@@ -205,7 +204,7 @@ mod tests {
                 let low = 10.0 + f64::from(k) / f64::from(count);
                 let cells = room(low, low + 60.5, 0.3);
                 let walls = surfaces(SIDE, &cells, &rest(&cells), 1.0).into_iter();
-                // The wall at the left, free to its right: from its upper end to its lower one.
+                // The left wall, free to its right: from its upper end to its lower one.
                 let left = walls.filter(|s| s.a.y - s.b.y > 20.0 && s.a.x < 20.0 && s.b.x < 20.0);
                 let offs: Vec<f64> = left.map(|s| 0.5 * (s.a.x + s.b.x) - low).collect();
                 offs.iter().copied().fold(f64::NEG_INFINITY, f64::max)
@@ -251,9 +250,9 @@ mod tests {
         };
         assert!((left.a.x - 3.5).abs() < 1e-9 && (left.b.x - 3.5).abs() < 1e-9);
         assert!((right.a.x - 6.5).abs() < 1e-9 && (right.b.x - 6.5).abs() < 1e-9);
-        // What is free is to the left: of the left one when coming up it is.
+        // Free space is to the left: for the left wall when going up.
         assert!(left.b.y > left.a.y && right.b.y < right.a.y, "{found:?}");
-        // With all free but the walls, each has its back too.
+        // If everything but the walls is free, each wall has its back too.
         assert_eq!(surfaces(10, &occupied, &rest(&occupied), 1.0).len(), 4);
     }
 

@@ -1,17 +1,17 @@
-//! A surfel map of any extent whose copies share what they have in common.
+//! A surfel map of any extent whose copies share their common parts.
 //!
 //! In: oriented points in the frame of the map. Out: the surfel nearest to a place, as
 //! [`SurfelMap`] gives it.
 //!
-//! 1. The plane is cut into square tiles, each a [`SurfelMap`] of its own. A tile also holds what
-//!    lies beyond its edge by no more than a surfel can be found, so that one tile answers for a
-//!    place.
+//! 1. The plane is cut into square tiles, each a [`SurfelMap`] of its own. A tile also holds
+//!    surfels beyond its edge, as far as the search reach, so that one tile is enough to answer for
+//!    a place.
 //! 2. Tiles are shared between copies of the map until one of them writes (copy on write). A copy
 //!    costs a pointer for each tile; a scan that is added to it copies the few tiles that it sees.
 //!
-//! Why tiles: each particle of a grid-mapping filter has a map of its own, and most of what two of
-//! them have seen they saw as one particle. The tree of Eliazar & Parr (2004), "DP-SLAM 2.0", which
-//! shares single cells, saves more memory, but needs a search through the ancestors in each look.
+//! Why tiles: each particle of a grid-mapping filter has a map of its own, and two of them share
+//! most of their history. The tree of Eliazar & Parr (2004), "DP-SLAM 2.0", which shares single
+//! cells, saves more memory, but needs a search through the ancestors for each look-up.
 
 use std::sync::Arc;
 
@@ -22,9 +22,9 @@ use crate::points::OrientedPoint;
 
 /// Side of a tile, m: a whole number of cells of the default size.
 const SIDE: f64 = 6.4;
-/// Tiles that the directory grows by beyond what is asked for.
+/// Spare tiles by which the directory grows beyond what is needed.
 const MARGIN: i32 = 2;
-/// Tiles that the directory may span along a side: 6.5 km.
+/// Most tiles along a side of the directory: 6.5 km.
 const MOST_TILES: i32 = 1024;
 
 /// Surfels in tiles.
@@ -39,10 +39,11 @@ pub struct SurfelTiles {
 }
 
 impl SurfelTiles {
-    /// An empty map. [`SurfelConfig::half_side`] does not matter: the map grows.
+    /// An empty map. [`SurfelConfig::half_side`] is not used: the map grows.
     #[must_use]
     pub fn new(config: SurfelConfig) -> Self {
-        // Where a surfel is averaged into another, one cell apart, both tiles see both.
+        // Large enough that where a surfel is averaged into another, one cell apart, both tiles
+        // contain both.
         let half_side = 0.5 * SIDE + config.reach + 2.0 * config.cell;
         Self {
             config: SurfelConfig {
@@ -56,7 +57,8 @@ impl SurfelTiles {
         }
     }
 
-    /// Adds points in the frame of the map. What is not finite or kilometres away is dropped.
+    /// Adds points in the frame of the map. Points that are not finite or kilometres away are
+    /// dropped.
     pub fn insert(&mut self, points: impl IntoIterator<Item = OrientedPoint>) {
         let beyond = self.config.half_side - 0.5 * SIDE;
         for point in points {
@@ -96,7 +98,7 @@ impl SurfelTiles {
         })
     }
 
-    /// Tiles held, and those of them that no copy of this map shares.
+    /// Number of tiles held, and how many of them are shared with no copy of this map.
     #[must_use]
     pub fn tile_counts(&self) -> [usize; 2] {
         let held = self.tiles.iter().flatten();
@@ -104,7 +106,7 @@ impl SurfelTiles {
         [held.clone().count(), own.count()]
     }
 
-    /// The tile to write into, made if need be; `None` where the map may not grow.
+    /// The tile to write into, made if need be; `None` if the map may not grow.
     fn tile_mut(&mut self, at: (i32, i32)) -> Option<&mut SurfelMap> {
         if self.index(at).is_none() {
             self.grow(at)?;
@@ -118,7 +120,7 @@ impl SurfelTiles {
         Some(Arc::make_mut(tile))
     }
 
-    /// Lays the directory anew, so that it has `at` in it.
+    /// Rebuilds the directory so that it contains `at`.
     fn grow(&mut self, at: (i32, i32)) -> Option<()> {
         let along = |at: i32, low: i32, count: i32| match count {
             0 => (at - MARGIN, 2 * MARGIN + 1),
@@ -153,7 +155,7 @@ impl SurfelTiles {
     }
 }
 
-/// The tile that holds a place; `None` of one that is not finite, or too far away to be held.
+/// The tile that holds a place; `None` if it is not finite, or too far away to be held.
 #[inline]
 fn tile_of(place: Point2<f64>) -> Option<(i32, i32)> {
     let at = place * (1.0 / SIDE);

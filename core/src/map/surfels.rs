@@ -1,20 +1,20 @@
 //! A map of small pieces of surface, made for matching: the piece nearest to a place is found by
-//! one look.
+//! one look-up.
 //!
 //! In: oriented points in the frame of the map. Out: [`Surfel`]s, and the one nearest to any place
 //! within `reach`.
 //!
-//! 1. Space is cut into cells of `cell` metres. A new point that falls on a surfel of the same
-//!    direction nearer than a cell is averaged into it, so that the noise of many scans shrinks;
-//!    else it becomes a new surfel.
+//! 1. Space is cut into cells of `cell` metres. A new point that falls within a cell's side of a
+//!    surfel of the same direction is averaged into it, so the noise of many scans shrinks;
+//!    otherwise it becomes a new surfel.
 //! 2. Each surfel writes itself into all cells whose centre is within `reach` and nearer to it than
-//!    to the one that stands there. Matching then needs no search: it reads the cell (the idea of a
-//!    likelihood field, with the surface itself in place of a likelihood, so that residuals are
+//!    to the surfel already there. Matching then needs no search: it reads the cell (as in a
+//!    likelihood field, but with the surface itself in place of a likelihood, so residuals are
 //!    exact and not rounded to cells).
 //!
 //! Cells live in blocks under a square directory around the map's origin: a map holds memory only
-//! along its walls. A surfel writes itself into eight cells at a time: which of them it is nearest
-//! to is chance, so that asking one by one costs more than writing all.
+//! along its walls. A surfel writes itself into eight cells at a time: to which of them it is
+//! nearest is unpredictable, so testing them one by one costs more than writing all.
 
 use nalgebra::{Point2, Vector2};
 use pulp::NullaryFnOnce;
@@ -25,9 +25,9 @@ use crate::lanes::widened;
 use crate::map::{CellIndex, CellRect};
 use crate::points::OrientedPoint;
 
-/// Sightings after which a surfel moves no slower.
+/// Cap on the weight of a surfel: after this many sightings it moves no slower.
 const MAX_WEIGHT: f64 = 30.0;
-/// A surface that was seen so often is there: it is no person who walked by, and no reflection.
+/// A surface seen this often is real: not a person who walked by, nor a reflection.
 pub(crate) const SEEN_OFTEN: f64 = 3.0;
 
 config! {
@@ -62,23 +62,23 @@ pub struct SurfelMap {
     config: SurfelConfig,
     surfels: Vec<Surfel>,
     cells: Cells,
-    /// Of each cell, the squared distance of its surfel from its centre.
+    /// For each cell, the squared distance of its surfel from its centre.
     squared: Vec<[f32; BLOCK * BLOCK]>,
 }
 
-/// Surfels with their index, to which none are added any more: half the memory.
+/// Surfels with their index, without further insertion: half the memory.
 #[derive(Clone, Debug)]
 pub struct FixedSurfels {
     surfels: Vec<Surfel>,
     cells: Cells,
 }
 
-/// Which surfel is the nearest, cell by cell.
+/// The nearest surfel of each cell.
 #[derive(Clone, Debug)]
 struct Cells {
-    /// The place of the frame's origin in cells from the lower left corner of the square.
+    /// The frame's origin, in cells from the lower left corner of the square.
     origin: Vector2<f64>,
-    /// Cells of a metre.
+    /// Cells per metre.
     scale: f64,
     /// Blocks along one side of the square.
     side: i32,
@@ -93,17 +93,17 @@ struct Cells {
 const BLOCK: usize = 16;
 const NO_BLOCK: u32 = u32::MAX;
 
-/// Cells that are written at a time.
+/// How many cells are written at a time.
 const LANES: usize = 8;
-/// Of eight columns of a block, row by row.
+/// Eight columns of a block, row by row.
 type Rows<T> = [[T; LANES]];
-/// No surfel is within reach.
+/// Index for: no surfel is within reach.
 const NOTHING: u32 = u32::MAX;
 
 impl Surfel {
     fn average(&mut self, point: &OrientedPoint) {
         let total = self.weight + 1.0;
-        // Only across the surface: along it the mean of the points seen means nothing.
+        // Only across the surface: along it the mean of the seen points means nothing.
         let across = self.normal.dot(&(point.position - self.position));
         self.position += self.normal * (across / total);
         let normal = self.normal * self.weight + point.normal;
@@ -119,7 +119,7 @@ impl SurfelMap {
         Self::around(Point2::origin(), config)
     }
 
-    /// An empty map of the square around `middle`, in the same frame as that.
+    /// An empty map of the square around `middle`, in the same frame as `middle`.
     #[must_use]
     pub fn around(middle: Point2<f64>, config: SurfelConfig) -> Self {
         let blocks = (config.half_side / (config.cell * BLOCK as f64))
@@ -144,11 +144,11 @@ impl SurfelMap {
         }
     }
 
-    /// The index laid again over surfels that were kept, to be added to.
+    /// The index rebuilt over surfels that were kept, for further insertion.
     #[must_use]
     pub fn from_surfels(config: SurfelConfig, surfels: Vec<Surfel>) -> Self {
         let mut map = Self::new(config);
-        // About as many as walls of buildings fill.
+        // About as many as the walls of buildings fill.
         let blocks = surfels.len() / 4;
         map.cells.blocks.reserve(blocks);
         map.squared.reserve(blocks);
@@ -165,7 +165,7 @@ impl SurfelMap {
         &self.surfels
     }
 
-    /// The same, for looking only.
+    /// The map for look-up only.
     #[must_use]
     pub fn fixed(mut self) -> FixedSurfels {
         self.cells.shrink_to_fit();
@@ -199,7 +199,8 @@ impl SurfelMap {
     }
 
     /// Averages points, in the frame of the map, into the surfels that they fall on, as long as
-    /// that makes them surer. Adds none, and moves none for ever: a robot may stand for hours.
+    /// that makes them more certain. It adds no surfels, and stops moving them in the end: a robot
+    /// may stand for hours.
     pub fn sharpen(&mut self, points: impl IntoIterator<Item = OrientedPoint>) {
         for point in points {
             if let Some(surfel) = self.under(&point)
@@ -220,18 +221,18 @@ impl SurfelMap {
         is_same.then_some(surfel)
     }
 
-    /// The surfel nearest to a place, if one is within reach. Near means near to the centre of the
-    /// place's cell.
+    /// The surfel nearest to a place, if one is within reach. Nearest means nearest to the centre
+    /// of the place's cell.
     #[inline]
     #[must_use]
     pub fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
         self.surfels.get(self.cells.nearest(place)?)
     }
 
-    /// A block in which nothing within reach was seen.
+    /// Adds a block that contains no surfel within reach.
     fn push_block(&mut self) {
         self.cells.blocks.push([NOTHING; BLOCK * BLOCK]);
-        // What is as far away as `reach` is still found.
+        // A distance of exactly `reach` is still found.
         let farther = self.squared_reach().next_up();
         self.squared.push([farther; BLOCK * BLOCK]);
     }
@@ -241,8 +242,8 @@ impl SurfelMap {
         (self.config.reach * self.config.reach) as f32
     }
 
-    /// Eight columns of a block from `col` on, row by row from `row` on: which surfels are nearest
-    /// to their cells, and how far those are.
+    /// Eight columns of a block from `col` on, row by row from `row` on: the nearest surfel of each
+    /// cell, and its distance.
     #[inline(always)]
     fn group_mut(&mut self, col: i32, row: i32) -> Option<(&mut Rows<u32>, &mut Rows<f32>)> {
         let (slot, first) = self.cells.slot((col, row))?;
@@ -273,7 +274,7 @@ impl SurfelMap {
         });
     }
 
-    /// Makes the blocks in which cells lie that are within reach of `position`.
+    /// Makes the blocks that contain cells within reach of `position`.
     fn make_blocks(&mut self, position: Point2<f64>, cols: [i32; 2], rows: [i32; 2]) {
         const SIDE: i32 = BLOCK as i32;
         let is_missing = |row: i32, col: i32| {
@@ -322,7 +323,7 @@ impl FixedSurfels {
         self.surfels.get(self.cells.nearest(place)?)
     }
 
-    /// The memory that it takes.
+    /// Memory use.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let index = size_of_val(&*self.cells.directory) + size_of_val(&*self.cells.blocks);
@@ -339,14 +340,15 @@ impl Cells {
         (surfel != NOTHING).then_some(surfel as usize)
     }
 
-    /// Column and row from the lower left corner of the square; not finite becomes a cell outside.
+    /// Column and row from the lower left corner of the square; non-finite input gives a cell
+    /// outside.
     #[inline]
     fn cell_of(&self, place: Point2<f64>) -> (i32, i32) {
         let scale = self.scale;
         let side = f64::from(self.side) * BLOCK as f64;
         let at = |v: f64, origin: f64| {
             let v = v * scale + origin;
-            // NaN compares false with everything; of what is not negative, the cast is the floor.
+            // NaN compares false with everything; for non-negative numbers the cast is the floor.
             if v >= 0.0 && v < side { v as i32 } else { -1 }
         };
         (at(place.x, self.origin.x), at(place.y, self.origin.y))
@@ -367,7 +369,7 @@ impl Cells {
         Some((slot as usize, place_in_block(col % SIDE, row % SIDE)))
     }
 
-    /// Keeps of the directory the rectangle in which there are blocks: none can be added then.
+    /// Reduces the directory to the rectangle that contains blocks: none can be added afterwards.
     fn shrink_to_fit(&mut self) {
         self.blocks.shrink_to_fit();
         let cols = self.cols;
@@ -386,15 +388,16 @@ impl Cells {
         self.cols = held.max.col - held.min.col;
     }
 
-    /// The middle of a column or row, m.
+    /// The centre of a column or row, m.
     #[inline(always)]
     fn centre(cell: i32, origin: f64, side: f64) -> f64 {
         (f64::from(cell) + 0.5 - origin) * side
     }
 }
 
-/// Where the cell of a column and a row of its block is kept: the rows of the first eight columns
-/// first. So cells that lie near each other are near in memory, whatever the direction of the wall.
+/// Where the cell of a column and a row of its block is stored: the rows of the first eight columns
+/// come first. So cells that lie near each other are near in memory, whatever the direction of the
+/// wall.
 #[inline]
 fn place_in_block(col: i32, row: i32) -> usize {
     const SIDE: i32 = BLOCK as i32;
@@ -402,8 +405,8 @@ fn place_in_block(col: i32, row: i32) -> usize {
     (col / STEP * (SIDE * STEP) + row * STEP + col % STEP) as usize
 }
 
-/// Writes a surfel into those of the cells between `cols` and `rows` to which it is nearest; blocks
-/// in which there are such have been made. In single precision: twice as many cells at a time.
+/// Writes a surfel into those of the cells between `cols` and `rows` to which it is nearest; the
+/// blocks of such cells must exist. In single precision: twice as many cells at a time.
 struct Stamp<'a> {
     map: &'a mut SurfelMap,
     number: u32,
@@ -447,7 +450,7 @@ impl NullaryFnOnce for Stamp<'_> {
                     if nearest + dy > reach {
                         continue;
                     }
-                    // Of copies the compiler knows that they do not overlap.
+                    // The compiler knows that copies do not overlap.
                     let (before, kept) = (*squared, *surfels);
                     let here = across.map(|dx| dx + dy);
                     *squared = std::array::from_fn(|lane| match here[lane] < before[lane] {
@@ -534,7 +537,7 @@ mod tests {
         map.insert([wall(1.0), wall(1.0), wall(1.0)]);
         map.sharpen([wall(1.04)]);
         assert!((map.surfels()[0].position.x - 1.01).abs() < 1e-12);
-        // The other side of the wall, and a place where nothing is known.
+        // The other side of the wall, and an unknown place.
         map.sharpen([point(1.02, 0.51, (1.0, 0.0)), point(3.0, 0.0, (-1.0, 0.0))]);
         assert_eq!(map.surfels().len(), 1);
         map.sharpen(std::iter::repeat_n(wall(1.01), 100));

@@ -4,28 +4,28 @@
 //! area and a place inside, the doors between them with their width, and to which region each cell
 //! belongs.
 //!
-//! 1. What is not free bounds the floor, the unknown too, but for gaps between the far ends of
-//!    beams, and for islands no farther than `island` from their middle: tables, pillars and specks
-//!    stand in a room, and divide none (`floor`).
+//! 1. Whatever is not free bounds the floor, unknown cells too. Exceptions are gaps between the far
+//!    ends of beams, and islands no farther than `island` from their middle: tables, pillars and
+//!    specks stand in a room, and do not divide it (`floor`).
 //! 2. The exact distance transform gives the clearance of each cell. Its ridge is the Voronoi
-//!    diagram of the walls, and its saddles are the critical points of the diagram: where the way
-//!    between two wider places is narrowest (Thrun 1998).
+//!    diagram of the walls, and its saddles are the critical points of the diagram: where the
+//!    passage between two wider places is narrowest (Thrun 1998).
 //! 3. The floor is flooded from its widest places down (the watershed of Vincent & Soille 1991,
-//!    with a union-find instead of an immersion, so that no ridge need be thinned): where two
-//!    basins meet is such a saddle. They are one where it is wider than a door, or hardly narrower
-//!    than the narrower of both; else it stays a border (`flood`). A way round that is wide unites
-//!    them before a narrow one is met, so a gap between a table and a wall divides nothing.
+//!    with a union-find instead of an immersion, so that no ridge need be thinned): two basins meet
+//!    at such a saddle. They are united if it is wider than a door, or hardly narrower than the
+//!    narrower of the two; otherwise it stays a border (`flood`). A wide way round unites them
+//!    before a narrow one is met, so a gap between a table and a wall divides nothing.
 //! 4. Cells of two basins that touch are a door; its posts are the wall nearest to its widest cell
-//!    and the nearest across. Without walls for posts it is but the rim of what was seen, and
-//!    divides nothing; what no robot passes is no door; a region too small for a room goes to the
-//!    neighbour with the widest door (`doors`, `unite`).
-//! 5. A region is a corridor where it is much longer than wide: area over the square of the widest
+//!    and the nearest wall opposite. Without walls for posts it is only the edge of what was seen,
+//!    and divides nothing; a gap that no robot can pass is no door; a region too small for a room
+//!    is merged into the neighbour with the widest door (`doors`, `unite`).
+//! 5. A region is a corridor if it is much longer than wide: area over the square of the widest
 //!    circle's diameter (`regions`).
 //!
 //! Sources: Thrun (1998), "Learning metric-topological maps for indoor mobile robot navigation";
 //! Bormann et al. (2016), "Room segmentation: survey, implementation, and analysis", who compare
-//! its kin. Linear in cells but for the islands' and doors' own size. Its limit: a corridor as
-//! narrow as its doors is no region of its own.
+//! related methods. Linear in the number of cells, apart from the size of islands and doors. Limit:
+//! a corridor as narrow as its doors does not become a region of its own.
 
 mod disjoint_sets;
 mod doors;
@@ -85,11 +85,11 @@ pub struct Region {
     pub kind: RegionKind,
     /// Free floor, m².
     pub area: f64,
-    /// The free place of it that is farthest from everything, map frame, m.
+    /// The free place in it farthest from everything, map frame, m.
     pub centre: Point2<f64>,
     /// Diameter of the widest circle between its walls, m, without furniture.
     pub width: f64,
-    /// Area over the square of the width: how many times as long as wide.
+    /// Area over the square of the width: how many times longer than wide.
     pub elongation: f64,
     /// Numbers of its doors, ascending.
     pub doors: Vec<usize>,
@@ -100,18 +100,19 @@ pub struct Region {
 pub struct Door {
     /// Numbers of the regions it joins, ascending.
     pub regions: [usize; 2],
-    /// From post to post, map frame, m.
+    /// The line from post to post, map frame, m.
     pub posts: Segment,
-    /// From post to post, m: good to a cell, for posts stand anywhere within their cells.
+    /// Width from post to post, m: accurate to a cell, because posts stand anywhere within their
+    /// cells.
     pub width: f64,
     /// A free place in it, map frame, m.
     pub centre: Point2<f64>,
-    /// Whether walls were seen on both sides; otherwise the unknown bounds it.
+    /// Whether walls were seen on both sides; otherwise unknown cells bound it.
     pub is_framed: bool,
 }
 
 impl Door {
-    /// The region on the other side; `None` where the door is none of `from`.
+    /// The region on the other side; `None` if the door does not belong to `from`.
     #[must_use]
     pub fn other(&self, from: usize) -> Option<usize> {
         match self.regions {
@@ -133,21 +134,21 @@ pub struct Topology {
     labels: Vec<u32>,
 }
 
-/// Of cells that belong to nothing.
+/// Label of cells that belong to no region.
 const NONE: u32 = u32::MAX;
 
 impl Topology {
-    /// The topology of all that a grid holds.
+    /// The topology of the whole grid.
     #[must_use]
     pub fn of_grid(grid: &Grid, config: &TopologyConfig) -> Self {
         let rect = grid.bounds().unwrap_or(CellRect::of_size(0, 0));
         Self::of_cells(rect, grid.resolution(), &grid.states(rect), config)
     }
 
-    /// The topology of a rectangle of cells; regions are numbered from the largest on.
+    /// The topology of a rectangle of cells; regions are numbered by falling size.
     ///
     /// # Units    `resolution`: side of a cell, m. `states`: in rows from the lower left cell;
-    /// cells that it is too short for are unknown.
+    /// cells beyond its end are unknown.
     #[must_use]
     pub fn of_cells(
         rect: CellRect,

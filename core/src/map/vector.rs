@@ -1,21 +1,22 @@
 //! A map of straight walls that stays as small as the building.
 //!
-//! In: after each scan the straight pieces that it showed, with what is not known of them, and the
-//! ways of its beams, all in the map frame. Out: the walls, as segments with the spread of their
-//! place.
+//! In: after each scan the straight pieces that it showed, with their uncertainty, and the paths of
+//! its beams, all in the map frame. Out: the walls, as segments with the uncertainty of their
+//! position.
 //!
-//! 1. A piece belongs to the wall that was seen from the same side, goes the same way, lies where
-//!    the piece lies (within its gate, or within [`THICKNESS`]), and overlaps it or
-//!    is at most [`GAP`] away along it.
+//! 1. A piece belongs to a wall that was seen from the same side, has the same direction, lies in
+//!    the same place (within its gate, or within [`THICKNESS`]), and overlaps it or is at most
+//!    [`GAP`] away along it.
 //! 2. It corrects that wall by a Kalman filter in two numbers, the wall's direction and its offset
-//!    from an anchor; and it extends the wall to where it was seen. A piece that belongs to none is
-//!    a new wall, shown once it was seen often enough.
-//! 3. Two walls that belong together by the same rule become one. Of two that lie side by side
-//!    nearer than [`MOST_OFFSET`] and were seen from the same side, one would hide
-//!    the other: the one that is no longer seen where the other is was an error, and goes.
+//!    from an anchor; and it extends the wall to where the piece was seen. A piece that belongs to
+//!    no wall starts a new one, shown once it was seen often enough.
+//! 3. Two walls that belong together by the same rule are merged. If two lie side by side nearer
+//!    than [`MOST_OFFSET`] and were seen from the same side, one would hide the other: the one that
+//!    is no longer seen while the other is was an error, and is removed.
 //! 4. Each decimetre of a wall has a score. Being seen raises it, up to a bound; beams that pass
-//!    through well beyond it lower it. What falls to nothing is cut away: from the end (the wall
-//!    becomes shorter), from the middle (a door opened: two walls), or all of it (erased).
+//!    through well beyond it lower it. Parts whose score falls to zero are cut away: from the end
+//!    (the wall becomes shorter), from the middle (a door opened: two walls), or all of it
+//!    (erased).
 //!
 //! Hence the number of walls is bounded by the building and not by the length of the run. The
 //! source left this open (TDK 2016 §6.4); the rules for growing are those of its landmarks.
@@ -30,23 +31,25 @@ use nalgebra::Point2;
 use crate::geom::Segment;
 use entry::Entry;
 
-/// Longer pieces are no walls but damaged readings, and would take memory by the metre, m.
+/// Longer pieces are not walls but corrupt readings, and would use memory in proportion to their
+/// length, m.
 const LONGEST: f64 = 1000.0;
 
-/// Largest squared Mahalanobis distance of a piece of a wall: 99.9 % of χ² with two degrees of
-/// freedom.
+/// Largest squared Mahalanobis distance between a piece and its wall: 99.9 % of χ² with two degrees
+/// of freedom.
 const GATE: f64 = 13.8;
-/// What lies nearer than this beside a wall is the wall whatever the gate says, m.
+/// A piece nearer than this beside a wall belongs to it whatever the gate says, m.
 const THICKNESS: f64 = 0.03;
-/// And what lies farther than this beside it is not, m: less than a partition is thick.
+/// A piece farther than this beside a wall does not belong to it, m: less than the thickness of a
+/// partition.
 const MOST_OFFSET: f64 = 0.08;
 /// Largest gap along a wall that is bridged, m: less than any door.
 const GAP: f64 = 0.25;
-/// Shorter pieces are skipped, m.
+/// Pieces shorter than this are skipped, m.
 const LEAST_LENGTH: f64 = 0.15;
 /// How often a wall has to be seen before it is shown.
 const CONFIRM: u32 = 3;
-/// A wall that was not confirmed is forgotten when it was not seen in so many scans.
+/// A wall that was not confirmed is forgotten when it was not seen for this many scans.
 const FORGET: u32 = 50;
 /// How far a beam has to go on behind a wall to count against it, m.
 const BEYOND: f64 = 0.15;
@@ -54,23 +57,22 @@ const BEYOND: f64 = 0.15;
 /// A straight piece of wall as one scan showed it; map frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
-    /// From where to where it was seen.
+    /// The piece from end to end.
     pub seen: Segment,
     /// Standard deviation of its direction, rad.
     pub sigma_direction: f64,
     /// Standard deviation of its middle across it, m.
     pub sigma_across: f64,
-    /// Where the sensor was: on this side of the wall.
+    /// Where the sensor was; this side of the wall was seen.
     pub from: Point2<f64>,
 }
 
 /// A wall of the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wall {
-    /// Its name; never given again.
+    /// Its identifier, which is never reused.
     pub id: u32,
-    /// From where to where; whoever looks from `a` to `b` has the side it was seen from on the
-    /// left.
+    /// Its ends; looking from `a` to `b`, the side from which it was seen is on the left.
     pub segment: Segment,
     /// Standard deviation of its direction, rad.
     pub sigma_direction: f64,
@@ -89,9 +91,9 @@ pub struct VectorMap {
 }
 
 impl VectorMap {
-    /// Takes in one scan: the pieces it showed, and the ways of its beams from the sensor to where
-    /// they ended. Pieces with numbers that are not finite, without length or longer than a
-    /// kilometre say nothing and are skipped.
+    /// Takes in one scan: the pieces it showed, and the paths of its beams from the sensor to their
+    /// ends. Pieces with numbers that are not finite, without length or longer than a kilometre are
+    /// skipped.
     pub fn observe(&mut self, sightings: &[Sighting], beams: &[[Point2<f64>; 2]]) {
         self.scans += 1;
         for sighting in sightings {
@@ -133,7 +135,7 @@ impl VectorMap {
         }
     }
 
-    /// Joins walls that belong together, beginning with those of this scan: only they have moved.
+    /// Merges walls that belong together, beginning with those of this scan: only they have moved.
     fn merge(&mut self) {
         let mut at = 0;
         while at < self.entries.len() {
@@ -149,13 +151,13 @@ impl VectorMap {
             let (kept, gone) = (at.min(other), at.max(other));
             let mut gone = self.entries.remove(gone);
             let kept_entry = &mut self.entries[kept];
-            // As they were compared: the shorter is taken into the longer, under the older name.
+            // As in the comparison: the shorter is taken into the longer, under the older name.
             if gone.length() > kept_entry.length() {
                 std::mem::swap(&mut gone, kept_entry);
                 std::mem::swap(&mut gone.id, &mut kept_entry.id);
             }
             kept_entry.absorb(&gone);
-            // What has grown may belong with more.
+            // A wall that has grown may now belong with others.
             at = kept;
         }
     }
@@ -198,7 +200,7 @@ impl Sighting {
             && self.seen.length() <= LONGEST
     }
 
-    /// From where the sensor was on the left to the other end.
+    /// The piece directed so that the sensor was on its left.
     fn ordered(&self) -> Segment {
         let Segment { a, b } = self.seen;
         if (b - a).perp(&(self.from - a)) >= 0.0 {

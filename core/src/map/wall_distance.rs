@@ -1,30 +1,29 @@
-//! How far it is to the nearest wall, anywhere in a map, and whether a wall lies between two
-//! places.
+//! The distance to the nearest wall anywhere in a map, and whether a wall lies between two places.
 //!
 //! In: walls as segments. Out: a grid of distances, a byte each, up to [`WallDistance::REACH`].
 //!
 //! 1. The exact distance transform ([`DistanceField`]) of the cells that walls run through, from
-//!    middle to middle of cells.
-//! 2. Near a wall that is off by up to half a cell, so cells there take the distance of their
-//!    middle from the wall itself.
-//! 3. What a ray meets is found in steps as long as the distance says that nothing can be met
-//!    (sphere tracing: Hart 1996).
+//!    cell centre to cell centre.
+//! 2. Near a wall these distances are wrong by up to half a cell, so cells there take the distance
+//!    of their centre from the wall itself.
+//! 3. A ray advances by the distance to the nearest wall, within which it can meet none (sphere
+//!    tracing: Hart 1996).
 
 use nalgebra::Point2;
 
 use super::{CellIndex, CellRect, DistanceField};
 use crate::geom::{Length, Segment, bounds};
 
-/// Most cells: a byte each, and five more while they are made.
+/// Most cells: a byte each, and five more while they are built.
 const MOST_CELLS: f64 = 16e6;
-/// Times that cells may be doubled where the walls span more.
+/// How often the cell size may be doubled if the walls span more.
 const DOUBLINGS: u32 = 5;
 /// Distance of one step of the byte, m.
 const STEP: f64 = 0.004;
 /// Walls are exact within this many cells (step 2).
 const EXACT_CELLS: i32 = 5;
-/// A ray that comes so near to a wall, in cells, touches it; it is through where it is then so far
-/// from every wall, in cells. Between them it may run along the wall, or past a corner.
+/// A ray touches a wall when it comes this near to it, in cells; it has passed through when it is
+/// then this far from every wall, in cells. In between it may run along the wall, or past a corner.
 const TOUCHES: f64 = 0.8;
 const IS_CLEAR: f64 = 4.0;
 
@@ -39,11 +38,11 @@ pub struct WallDistance {
 }
 
 impl WallDistance {
-    /// Greater distances count as this, m.
+    /// Greater distances are given as this, m.
     pub const REACH: f64 = 255.0 * STEP;
 
-    /// Of `faces`, in cells of `cell` metres, or twice as large and so on where they span more than
-    /// can be held. `None` where there are none, or they span more than that too.
+    /// The distances to `faces`, in cells of `cell` metres, or doubled until the map can be held.
+    /// `None` if there are no faces, or they span too much even then.
     #[must_use]
     pub fn new(faces: &[Segment], cell: f64) -> Option<Self> {
         let finite =
@@ -111,7 +110,7 @@ impl WallDistance {
         self.cell
     }
 
-    /// The least rectangle around the walls, and [`Self::REACH`] more to each side.
+    /// The bounding rectangle of the walls, extended by [`Self::REACH`] on each side.
     #[must_use]
     pub fn extent(&self) -> (Point2<f64>, Point2<f64>) {
         let along = |cells: i32| f64::from(cells) * self.cell;
@@ -119,15 +118,16 @@ impl WallDistance {
         (self.low, self.low + size)
     }
 
-    /// Distance of a place from the nearest wall, to about half a cell, m; [`Self::REACH`] where it
-    /// is greater, and outside of the map.
+    /// Distance of a place from the nearest wall, accurate to about half a cell, m; [`Self::REACH`]
+    /// if it is greater, and outside the map.
     #[inline]
     #[must_use]
     pub fn at(&self, place: Point2<f64>) -> f64 {
         f64::from(self.step_at(place)) * STEP
     }
 
-    /// The same as a number of steps, 0 to 255, each [`Self::REACH`] / 255: an index into a table.
+    /// That distance as a number of steps, 0 to 255, each [`Self::REACH`] / 255: an index into a
+    /// table.
     #[inline]
     #[must_use]
     pub fn step_at(&self, place: Point2<f64>) -> u8 {
@@ -138,8 +138,8 @@ impl WallDistance {
             .unwrap_or(u8::MAX)
     }
 
-    /// Whether the straight way between two places leads through a wall. A wall at which it ends is
-    /// none, nor one that it only touches.
+    /// Whether the straight line between two places passes through a wall. A wall at which it ends,
+    /// or that it only touches, does not count.
     #[must_use]
     pub fn is_between(&self, from: Point2<f64>, to: Point2<f64>) -> bool {
         let way = to - from;
@@ -163,7 +163,7 @@ impl WallDistance {
     #[inline]
     fn cell_of(&self, place: Point2<f64>) -> (i32, i32) {
         let at = (place - self.low) / self.cell;
-        // Saturates; NaN becomes 0, a cell at the rim where nothing is.
+        // Saturates; NaN becomes 0, an empty cell at the rim.
         (at.x.floor() as i32, at.y.floor() as i32)
     }
 
@@ -199,8 +199,8 @@ mod tests {
             let place = Point2::new(x, y);
             let brute = walls.iter().map(|w| w.distance(place)).fold(f64::INFINITY, f64::min);
             let brute = brute.min(WallDistance::REACH);
-            // Half a diagonal of a cell for the place, another for the wall where it is far, and
-            // half a step.
+            // Half a diagonal of a cell for the place, another for the wall if it is far, and half
+            // a step.
             let most = if brute < 0.15 { 0.0375 } else { 0.0725 };
             prop_assert!((field.at(place) - brute).abs() < most, "{} {brute}", field.at(place));
         }

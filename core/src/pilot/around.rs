@@ -1,13 +1,13 @@
-//! Leaving the way for people who stand or walk in it.
+//! Leaving the way to go around people who stand or walk in it.
 //!
-//! In: the speeds that the follower wishes. Out: those speeds, or those of the dynamic window.
+//! In: the speeds that the follower requests. Out: those speeds, or those of the dynamic window.
 //!
-//! 1. The window is asked only while people hold the robot up: safe mode has cut the wish below
-//!    [`HELD`] of it, because of somebody who walks, for [`HELD_FOR`]. Most people are out of the
-//!    way by then, and whoever turns aside for them drives farther for nothing.
-//! 2. It is done as soon as safe mode would let [`FREE`] of the follower's wish through.
+//! 1. The window is used only while people hold the robot up: safe mode has cut the request below
+//!    [`HELD`] of it, because of a walker, for [`HELD_FOR`]. Most people are out of the way by
+//!    then, and turning aside for them would only lengthen the drive.
+//! 2. It ends as soon as safe mode would let [`FREE`] of the follower's request through.
 //!
-//! The times and parts are ours.
+//! The times and fractions are ours.
 
 use nalgebra::Point2;
 
@@ -18,28 +18,28 @@ use crate::plan::Path;
 use crate::points::Points;
 use crate::robot::Stamp;
 
-/// How far ahead on its way the robot looks for where to go, m.
+/// How far ahead on its way the robot looks for a point to aim at, m.
 const AHEAD: f64 = 1.0;
-/// Who is let through less of its wish than this is held up; whoever is let through more than that
-/// is free again.
+/// A robot that may use less than this fraction of the requested speed is held up; one that may use
+/// more than the next fraction is free again.
 const HELD: f64 = 0.5;
 const FREE: f64 = 0.8;
-/// Who was held up for so long goes around, s.
+/// A robot that was held up for this long goes around, s.
 const HELD_FOR: f64 = 1.0;
 
-/// Somebody so near may be what it cannot pass, m.
+/// Somebody this near may be what the robot cannot pass, m.
 const NEAR: f64 = 1.0;
 
-/// Whether it goes around somebody.
+/// Whether the robot goes around somebody.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Detour {
-    /// Held up since.
+    /// Time since when it is held up.
     held: Option<Stamp>,
     is_on: bool,
 }
 
 impl Detour {
-    /// Takes which part of its wish the robot is let through.
+    /// Takes the fraction of its request that the robot may use.
     fn update(&mut self, part: f64, now: Stamp) {
         if part >= FREE || (part >= HELD && !self.is_on) {
             *self = Self::default();
@@ -51,9 +51,10 @@ impl Detour {
 }
 
 impl Pilot {
-    /// The speeds that the follower wishes; or, where somebody holds the robot up and it is to go
-    /// around them, those of the dynamic window. The window is the disc's: a robot that goes by its
-    /// outline keeps to its way. Without an admissible pair the wish stays, for safe mode to limit.
+    /// The speeds that the follower requests, or, if the robot is to go around somebody who holds
+    /// it up, those of the dynamic window. The window is for the disc: a robot that goes by its
+    /// outline keeps to its way. If no pair of speeds is admissible the request stays, for safe
+    /// mode to limit.
     pub(super) fn around_people(&mut self, wish: Speeds, now: &Situation) -> Speeds {
         let turns_on_spot = wish.0 <= 0.0;
         let (Some(points), false) = (now.points, turns_on_spot) else {
@@ -82,8 +83,9 @@ impl Pilot {
         choose_in_window(aim, &people, &underway, (&self.model, &self.config.safe)).unwrap_or(wish)
     }
 
-    /// What people leave of the speed that things leave. Separation keeps it farther off people
-    /// than off things: where things let it go nowhere, they are people only if some are near.
+    /// The fraction that people leave of the speed that things leave. Separation keeps the robot
+    /// farther from people than from things. If things leave no speed at all, people hold it up
+    /// only if some are near.
     fn part_let_through(&self, wish: Speeds, points: &Points, now: &Situation) -> f64 {
         if now.walkers.is_empty() {
             return 1.0;
@@ -96,14 +98,14 @@ impl Pilot {
     }
 }
 
-/// Whether somebody walks about, or did a moment ago, right beside the robot.
+/// Whether a walker, or somebody who walked a moment ago, is right beside the robot.
 pub(super) fn people_are_near(now: &Situation) -> bool {
     let here = now.motion_since_scan.position();
     let mut walkers = now.walkers.iter();
     walkers.any(|walker| (walker - here).length() < NEAR)
 }
 
-/// The point so far along a path, or its end; `None` of an empty one.
+/// The point at this distance along a path, or its end; `None` for an empty path.
 fn point_along(path: &Path, way: f64) -> Option<Point2<f64>> {
     let mut left = way;
     for leg in path.legs() {

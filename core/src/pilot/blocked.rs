@@ -7,11 +7,11 @@ use crate::geom::{Footprint, Segment};
 use crate::map::{CellRect, Grid};
 use crate::plan::{ConfigSpace, GridSpace, Path, Unknown, follows};
 
-/// Between two places of a way that are held against a geofence, m.
+/// Distance between two points of a way that are checked against a geofence, m.
 const FENCE_STEP: f64 = 0.05;
 
-/// Whether a wall stands in the next `reach` metres of a path. The first decimetres do not count:
-/// the robot stands there, and may be leaving a place that is too near to a wall.
+/// Whether a wall blocks the next `reach` metres of a path. The first decimetres do not count: the
+/// robot stands there, and may be leaving a place that is too near to a wall.
 pub(super) fn is_blocked(grid: &Grid, ahead: &Path, keep: f64, reach: f64) -> bool {
     let mut left = reach;
     let mut skip = 0.15;
@@ -42,8 +42,8 @@ pub(super) fn is_blocked(grid: &Grid, ahead: &Path, keep: f64, reach: f64) -> bo
     false
 }
 
-/// The same for an outline: the legs in the next `reach` metres, without the turn with which they
-/// begin.
+/// The same for an outline: the legs in the next `reach` metres, without the turn at their
+/// beginning.
 pub(super) fn outline_is_blocked(
     grid: &Grid,
     ahead: &Path,
@@ -81,7 +81,7 @@ pub(super) fn disc_fits(grid: &Grid, at: Point2<f64>, radius: f64) -> bool {
         .is_none_or(|cells| GridSpace::new(grid, cells, radius, Unknown::Free).is_free(at))
 }
 
-/// The corners in the first `length` metres of a path, and where these end.
+/// The corners in the first `length` metres of a path, and the point where these end.
 fn beginning(path: &Path, length: f64) -> Vec<Point2<f64>> {
     let mut corners: Vec<_> = path.points.first().copied().into_iter().collect();
     let mut left = length;
@@ -96,7 +96,7 @@ fn beginning(path: &Path, length: f64) -> Vec<Point2<f64>> {
     corners
 }
 
-/// The cells around points, and `spare` metres farther; `None` without points.
+/// The cells around points, and `spare` metres around them; `None` without points.
 fn cells_around(grid: &Grid, points: &[Point2<f64>], spare: f64) -> Option<CellRect> {
     let spare = (spare / grid.resolution()).ceil() as i32 + 2;
     let cells = points.iter().map(|point| grid.cell_at(*point));
@@ -136,7 +136,7 @@ mod tests {
     fn a_wall_on_the_way_blocks_it_within_reach_only_whatever_else_the_map_holds() {
         let mut grid = Grid::new(GridConfig::default()).unwrap();
         let walls = [wall(3.0, -0.5, 3.0, 0.5), wall(901.0, 899.0, 901.0, 901.0)];
-        // The second is far from the way: it is not looked at.
+        // The second is far from the way and must not be examined.
         for at in [Pose2::identity(), Pose2::new(900.0, 900.0, 0.0)] {
             for _ in 0..9 {
                 grid.insert(&look(&walls, &at, 8.0), &at);

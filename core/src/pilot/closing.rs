@@ -1,17 +1,18 @@
-//! Drives that close loops: through places that the map has next to each other, and of which it
-//! does not know yet that they are.
+//! Drives that close loops: through places that are next to each other in the map without the map
+//! knowing yet that they are connected.
 //!
 //! In: the pose graph of a map in which nothing unknown is left, and its grid. Out: goals, one
-//! after the other.
+//! after another.
 //!
-//! A loop is closed by a submap that shows both of its ends. The robot often has none: it stops as
-//! soon as nothing unknown is in sight, and the errors of its whole way stay in the gap.
+//! A loop is closed by a submap that shows both of its ends. The robot often has no such submap: it
+//! stops as soon as nothing unknown is in sight, and the accumulated error of its whole way stays
+//! in the gap.
 //!
-//! 1. Of the graph's open loops ([`PoseGraph::open_loops`]) those count whose ends have a short way
-//!    between them in the grid: two corridors with a wall between are no loop.
-//! 2. The robot drives to the end that is nearer, on to the other one, and further along what it
-//!    knows there, until the loop is closed, or [`FOLLOWS`] metres were driven.
-//! 3. Each gap is tried once. What the map shows as unknown then is explored as before.
+//! 1. An open loop of the graph ([`PoseGraph::open_loops`]) counts if a short way in the grid joins
+//!    its ends: two corridors with a wall between them are no loop.
+//! 2. The robot drives to the nearer end, on to the other end, and further along what it knows
+//!    there, until the loop is closed, or [`FOLLOWS`] metres were driven.
+//! 3. Each gap is tried once. What the map then shows as unknown is explored as before.
 //!
 //! Source: Stachniss, Hähnel & Burgard (2004), "Exploration with active loop-closing for FastSLAM".
 
@@ -24,29 +25,29 @@ use crate::geom::Length;
 use crate::map::CellRect;
 use crate::plan::{ESCAPE_REACH, GridSpace, NoPath, Unknown, Wavefront};
 
-/// How much of what is known is driven through beyond the gap, m: two submaps.
+/// How far it drives through known places beyond the gap, m: two submaps.
 const FOLLOWS: f64 = 10.0;
-/// Poses farther apart than this do not follow each other, m.
+/// Poses farther apart than this do not follow each other in a drive, m.
 const STEP: f64 = 6.0;
-/// A way between the ends is at most so many times longer than the straight one, ...
+/// A way between the ends is at most this many times longer than the straight line, ...
 const DETOUR: f64 = 2.0;
-/// ... and so much longer, m.
+/// ... plus this, m.
 const SPARE: f64 = 2.0;
-/// Places nearer than this need not be driven to, m.
+/// Places nearer than this count as reached, m.
 const IS_THERE: f64 = 0.5;
-/// Gaps nearer than this to each other are the same one, m.
+/// Gaps nearer than this to each other are the same gap, m.
 const SAME_GAP: f64 = 4.0;
 
 /// A drive that closes a loop.
 #[derive(Clone, Debug)]
 pub(super) struct Closing {
     open: OpenLoop,
-    /// Poses of the graph that are still to be driven to, the next one last.
+    /// Poses of the graph still to be reached, the next one last.
     places: Vec<usize>,
 }
 
 impl Closing {
-    /// From `here` to the nearer end, to the other, and on.
+    /// A drive from `here` to the nearer end, to the other, and on.
     fn of(open: OpenLoop, graph: &PoseGraph, here: Point2<f64>) -> Self {
         let at = |pose: usize| graph.poses()[pose].position();
         let mut ends = [open.older, open.newer];
@@ -81,13 +82,13 @@ impl Closing {
 }
 
 impl Pilot {
-    /// Whether all is explored, and the robot drives through what it knows to close a loop.
+    /// Whether everything is explored, and the robot drives through known places to close a loop.
     #[must_use]
     pub fn is_closing_loop(&self) -> bool {
         self.errand.closing.is_some()
     }
 
-    /// Begins to close a loop; `false` where none is left that was not tried.
+    /// Begins to close a loop; `false` if no untried loop is left.
     pub(super) fn begin_closing(&mut self, now: &Situation) -> bool {
         let Some(graph) = now.graph.filter(|_| self.config.close_loops) else {
             return false;
@@ -110,7 +111,7 @@ impl Pilot {
         false
     }
 
-    /// Plans to the next place of the drive; `false` where the robot has to stand.
+    /// Plans to the next place of the drive; `false` if the robot has to stand.
     pub(super) fn plan_closing(&mut self, now: &Situation) -> bool {
         let here = now.estimate.pose.position();
         loop {
@@ -144,21 +145,21 @@ impl Pilot {
         }
     }
 
-    /// The place has been driven to.
+    /// Called when the place has been reached.
     pub(super) fn close_further(&mut self) {
         if let Some(closing) = &mut self.errand.closing {
             closing.places.pop();
         }
     }
 
-    /// Explores as before.
+    /// Returns to exploring.
     pub(super) fn end_closing(&mut self) {
         self.errand.closing = None;
         self.errand.empty_scans = 0;
         self.status = Status::Scanning;
     }
 
-    /// Whether a short way leads from one to the other.
+    /// Whether a short way leads between the two points.
     fn are_passable(&self, [a, b]: [Point2<f64>; 2], now: &Situation) -> bool {
         let most = DETOUR * (a - b).length() + SPARE;
         let around = (0.5 * most / now.grid.resolution()) as i32 + 1;

@@ -1,4 +1,4 @@
-//! The pilot's figures.
+//! The pilot's settings.
 
 use crate::bounds::config;
 use crate::control::{Avoidance, FollowConfig, SafeConfig};
@@ -52,10 +52,10 @@ config! {
 }
 
 impl PilotConfig {
-    /// For a sensor that scans on command and sees little: frontiers creep on by decimetres, so
-    /// that one place is the goal more often before it is known, and the border of what is known is
-    /// scanned in pieces of a metre. Its ranges err by centimetres, so it keeps that much more from
-    /// what it saw.
+    /// For a sensor that scans on command and has a short range: frontiers move by decimetres, so
+    /// one place is the goal more often before it is known, and the border of the known area is
+    /// scanned in pieces of a metre. Its ranges err by centimetres, so it keeps that much more
+    /// distance from what it saw.
     #[must_use]
     pub fn short_range() -> Self {
         let default = Self::default();

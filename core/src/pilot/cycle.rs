@@ -1,15 +1,16 @@
-//! The sense-plan-act cycle for sensors that scan on command, the robot standing still.
+//! The sense-plan-act cycle for sensors that scan on command, while the robot stands still.
 //!
-//! 1. Scan, plan, truncate, turn, drive one leg, again. Each stage is recorded ([`StageReport`]).
+//! 1. Scan, plan, truncate, turn, drive one leg, then again. Each stage is recorded
+//!    ([`StageReport`]).
 //! 2. A leg ends where the map does, and where odometry would have lost the heading: tracks slip by
 //!    degrees in a turn or a metre, and the next scan has to find walls where the filter's first
 //!    order still holds. A turn that uses all of that up is followed by a scan, then by the leg.
-//!    With [`super::PilotConfig::legs_by_estimate`] the estimate says on the way when that is; a
-//!    leg that is longer than the model would have it needs so much more room beside it as the
-//!    robot may stray.
-//! 3. A leg ends early where a bumper is pressed, and where a partial scan on the move shows that
-//!    somebody came whom the robot could not stand before at its speed ([`leg_is_safe`]); then it
-//!    scans again. After such a partial scan while it turned the leg is not begun.
+//!    With [`super::PilotConfig::legs_by_estimate`] the estimate decides on the way when that is; a
+//!    leg longer than the model would allow needs as much extra room beside it as the robot may
+//!    stray.
+//! 3. A leg ends early when a bumper is pressed, and when a partial scan on the move shows somebody
+//!    before whom the robot could not stop at its speed ([`leg_is_safe`]); then it scans again.
+//!    After such a partial scan during a turn the leg is not begun.
 //!
 //! Source: TDK 2016 §6.3: scan, plan, truncate the path to what has been seen (first turn and first
 //! leg, the leg no longer than the sensor sees), command, repeat. Steps 2 and 3 are ours.
@@ -24,27 +25,27 @@ use crate::geom::{Length, Pose2, Segment, wrap};
 use crate::map::CellState;
 use crate::robot::{Command, RobotModel, Stamp, Tracks};
 
-/// Where the cycle stands.
+/// The state of the cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) enum Phase {
-    /// To scan before anything else.
+    /// Scan before anything else.
     #[default]
     Scan,
     /// A scan was asked for at this time.
     Scanning(Stamp),
-    /// To plan; whether the scan before followed a turn on the spot.
+    /// Plan; whether the last scan followed a turn on the spot.
     Plan { has_turned: bool },
-    /// To cut the plan to one leg.
+    /// Cut the plan to one leg.
     Truncate { leg: Segment, has_turned: bool },
-    /// To turn by this angle, and to scan then.
+    /// Turn by this angle, then scan.
     TurnAndScan(f64),
-    /// To drive to this point.
+    /// Drive to this point.
     Leg(Leg),
     /// A leg was begun here.
     Going(Point2<f64>),
     /// A turn was begun that is to be followed by a scan.
     Turning,
-    /// That scan was asked for at this time.
+    /// The scan after a turn was asked for at this time.
     ScanningAfterTurn(Stamp),
 }
 
@@ -52,10 +53,9 @@ pub(super) enum Phase {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leg {
     to: Point2<f64>,
-    /// Turns towards it so far.
+    /// Number of turns towards it so far.
     turns: usize,
-    /// Whether it follows a scan that followed a turn: then it is driven, whatever the next turn
-    /// costs.
+    /// Whether a turn and a scan came just before: then it is driven, whatever the next turn costs.
     has_turned: bool,
 }
 
@@ -66,25 +66,25 @@ const SHORT_LEG: f64 = 0.05;
 /// A sensor that answers no command within this time is asked again, s.
 const SCAN_TIMEOUT: f64 = 30.0;
 
-/// What one stage of the cycle leads to.
+/// The result of one stage of the cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Next {
-    /// To the next stage, at once.
+    /// Do the next stage at once.
     Stage,
-    /// To a command.
+    /// Give a command.
     Tell(Command),
-    /// To nothing, for now: the robot carries on.
+    /// Nothing for now: the robot carries on.
     Wait,
 }
 
 impl Pilot {
-    /// Whether the next scan belongs to the cycle; those of a leg or a turn under way do not.
+    /// Whether the next scan belongs to the cycle; scans taken during a leg or a turn do not.
     pub(crate) fn awaits_scan(&self) -> bool {
         let is_awaited = matches!(self.phase, Phase::Scanning(_) | Phase::ScanningAfterTurn(_));
         is_awaited || self.mode == Mode::Manual
     }
 
-    /// Stages of the cycle up to the next command; `None` while the robot carries on.
+    /// Does stages of the cycle up to the next command; `None` while the robot carries on.
     pub(super) fn in_cycle(&mut self, now: &Situation) -> Option<Command> {
         loop {
             match self.stage(now) {
@@ -95,14 +95,14 @@ impl Pilot {
         }
     }
 
-    /// While a turn, a leg or a sweep is under way: whether it ends here.
+    /// While a turn, a leg or a sweep is under way: decides whether it ends here.
     pub(super) fn under_way(&mut self, has_bumped: bool, now: &Situation) -> Option<Command> {
         let is_going = matches!(self.phase, Phase::Going(_));
         if has_bumped && is_going {
             return Some(Command::Stop);
         }
         if self.somebody_came(now.speeds.0, now) || (is_going && self.is_lost(now)) {
-            // It ends for no fault of the way: nothing to back off from.
+            // It does not end through a fault of the way: nothing to back off from.
             self.phase = Phase::Scan;
             return Some(Command::Stop);
         }
@@ -114,8 +114,7 @@ impl Pilot {
         self.config.legs_by_estimate && now.heading_drift > self.config.leg_heading_sigma
     }
 
-    /// Whether somebody came whom a robot that runs forward (back, where negative) could not stand
-    /// before.
+    /// Whether somebody came before whom a robot moving forward (back if negative) could not stop.
     fn somebody_came(&self, forward: f64, now: &Situation) -> bool {
         let config = &self.config.safe;
         now.points.is_some_and(|points| {
@@ -124,7 +123,7 @@ impl Pilot {
         })
     }
 
-    /// One stage of the cycle.
+    /// Does one stage of the cycle.
     pub(super) fn stage(&mut self, now: &Situation) -> Next {
         match self.phase {
             Phase::Scan => {
@@ -148,8 +147,8 @@ impl Pilot {
                 self.phase = Phase::Scan;
                 let is_short = (now.estimate.pose.position() - from).length() < 0.5 * SHORT_LEG;
                 if is_short && people_are_near(now) {
-                    // Whoever keeps the robot safe has ended the leg for somebody: no fault of the
-                    // way, and no reason to give the goal up.
+                    // The safety rules have ended the leg because of somebody: no fault of the way,
+                    // and no reason to give up the goal.
                     return Next::Stage;
                 }
                 if is_short {
@@ -229,8 +228,8 @@ impl Pilot {
         let way = leg.vector();
         let turn = wrap(libm::atan2(way.y, way.x) - now.estimate.pose.heading());
         let trusted = trusted_length(turn, &self.model, self.config.leg_heading_sigma);
-        // Once for each leg: where two ways are alike, the robot must not turn to and fro.
-        // What the turn costs shows after it.
+        // Once for each leg: if two ways are equally good, the robot must not turn to and fro. What
+        // the turn costs shows after it.
         let is_led = self.config.legs_by_estimate;
         if trusted < 2.0 * SHORT_LEG && !has_turned && !is_led {
             self.tell_cut(0.0, leg, Cut::TurnFirst);
@@ -299,8 +298,8 @@ impl Pilot {
         Next::Tell(Command::Forward(length))
     }
 
-    /// How much of a leg the last scan shows to be free, m. Where it is longer than the heading
-    /// keeps by odometry, beside it by so much more as the robot may stray meanwhile.
+    /// How much of a leg the last scan shows to be free, m. If the leg is longer than odometry
+    /// keeps the heading, the free strip must be wider by as much as the robot may stray meanwhile.
     fn free_leg(&self, length: f64, now: &Situation) -> f64 {
         let free = self.free_way(1.0, length, now);
         let trusted = trusted_length(0.0, &self.model, self.config.leg_heading_sigma);
@@ -328,12 +327,12 @@ impl Pilot {
         free.max(0.0)
     }
 
-    /// How much of a leg leads over cells that were seen; at least a little, where the sensor is
-    /// blind.
+    /// How much of a leg leads over cells that were seen; at least a little, within the sensor's
+    /// blind zone.
     fn seen_length(&self, leg: &Segment, now: &Situation) -> f64 {
         let length = leg.length();
         let step = 0.5 * now.grid.resolution();
-        // Around itself the robot knows by standing there.
+        // The robot stands there, so the space around it is known to be free.
         let blind = self.model.radius() + 2.0 * now.grid.resolution();
         let steps = (length / step).ceil() as usize;
         let unseen = (0..=steps)
@@ -355,20 +354,20 @@ fn trusted_length(turn: f64, model: &RobotModel, sigma: f64) -> f64 {
     (sigma * sigma - by_turn) / per_metre.max(f64::MIN_POSITIVE)
 }
 
-/// How far a leg by odometry alone strays to a side, m: a standard deviation of the integral of the
-/// heading's random walk.
+/// How far a leg by odometry alone strays to a side, m: the standard deviation of the integral of
+/// the heading's random walk.
 fn strayed(length: f64, model: &RobotModel) -> f64 {
     let per_metre = heading_variance(1.0, 1.0, model);
     (per_metre * length * length * length / 3.0).sqrt()
 }
 
-/// Variance of the heading by odometry after the tracks ran so far, rad².
+/// Variance of the heading by odometry after the tracks have run these distances, rad².
 fn heading_variance(left: f64, right: f64, model: &RobotModel) -> f64 {
     let tracks = Tracks { left, right };
     tracks.covariance(model.track_width, &model.odometry_noise)[(2, 2)]
 }
 
-/// A scan when the robot has been driven by hand and stands again.
+/// Asks for a scan when a robot that was driven by hand stands again.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct HandScan {
     pub(super) asked: Option<Stamp>,
@@ -401,7 +400,7 @@ mod tests {
         let per_metre =
             2.0 * model.odometry_noise.per_metre / (model.track_width * model.track_width);
         for length in [0.1, 0.4, 0.7] {
-            // Each millimetre turns by chance what is left of the leg.
+            // Each millimetre adds a random turn, which acts on the rest of the leg.
             let step = 1e-3;
             let steps = (length / step) as usize;
             let left = |i: usize| length - (i as f64 + 0.5) * step;

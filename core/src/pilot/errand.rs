@@ -1,4 +1,4 @@
-//! The parts of an errand: where to, by which way, and whether that way still holds.
+//! The parts of an errand: where to, by which way, and whether that way is still valid.
 
 use nalgebra::Point2;
 
@@ -16,7 +16,7 @@ use crate::plan::{
 };
 use crate::robot::{BodyShape, Stamp};
 
-/// State of one errand; a new mode begins with a new one.
+/// State of one errand; setting a mode begins a new one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Errand {
     pub(super) route: Option<Route>,
@@ -28,17 +28,18 @@ pub(super) struct Errand {
     pub(super) detour: Detour,
     pub(super) backing_until: Option<Stamp>,
     pub(super) stuck: usize,
-    /// Not planned or reviewed again before.
+    /// No new plan and no review before this time.
     pub(super) next_review: Stamp,
-    /// Not asked before whether another frontier is better.
+    /// No check before this time whether another frontier is better.
     next_choice: Stamp,
-    /// How often it has turned to another frontier since it last came to one, or saw one whole.
+    /// How often it has changed to another frontier since it last reached one, or since its target
+    /// vanished.
     changes_of_mind: u32,
-    /// Standing at an exploration goal since.
+    /// Time since when it stands at an exploration goal.
     pub(super) arrived: Option<Stamp>,
     /// The loop that is being closed.
     pub(super) closing: Option<Closing>,
-    /// Where the gaps of loops are that a drive went through, map frame.
+    /// The gaps of loops for which a drive was made, map frame.
     pub(super) tried_gaps: Vec<Point2<f64>>,
     /// What stays unknown, reported once the robot is home again.
     pub(super) homeward: Option<Remaining>,
@@ -64,34 +65,34 @@ impl Remaining {
     }
 }
 
-/// How often the path and the frontier are compared with the map, s.
+/// Period of comparing the path and the frontier with the map, s.
 const REVIEW_PERIOD: f64 = 0.5;
 /// How much of the path ahead is compared, m.
 const REVIEW_REACH: f64 = 4.0;
 /// How long a robot without progress backs off, s.
 const BACK_OFF: f64 = 1.0;
-/// How often it backs off on the way to one goal.
+/// How often it backs off at most on the way to one goal.
 const ATTEMPTS: usize = 3;
-/// Scans without a frontier, a review period apart, before exploration is over.
+/// Scans without a frontier, a review period apart, before exploration ends.
 const LAST_SCANS: usize = 3;
 /// How long a frontier is scanned from its goal before it is given up, s: five revolutions of a
 /// lidar.
 const DWELL: f64 = 1.0;
-/// How often it is asked on the way whether another frontier is better, s.
+/// Period of checking on the way whether another frontier is better, s.
 const CHOICE_PERIOD: f64 = 2.0;
-/// After so many changes of mind in a row it is asked half as often at each further one: between
-/// two frontiers that promise alike a robot went to and fro until the day was over.
+/// After this many changes of mind in a row, each further one halves the rate of checks: a robot
+/// between two frontiers of equal promise went to and fro without end.
 const CHANGES_OF_MIND: u32 = 4;
-/// But at least after this many periods.
+/// The longest time between two checks, in periods.
 const MOST_PERIODS: u32 = 32;
-/// The map begins where the robot did, whatever file it is of.
+/// The map begins where the robot did, whatever file it comes from.
 const HOME: Point2<f64> = Point2::new(0.0, 0.0);
-/// From so near it need not go home, m.
+/// A robot this near need not go home, m.
 const HOME_IS_NEAR: f64 = 0.2;
-/// Ways that fail for reasons that may pass are tried so often.
+/// How often a plan is tried if it fails for a reason that may pass.
 pub(super) const PLAN_ATTEMPTS: usize = 4;
 
-/// After how many periods it is asked again, by how often it has changed its mind.
+/// How many periods pass until the next check, given how often it has changed its mind.
 fn choice_periods(changes_of_mind: u32) -> u32 {
     let doubled = changes_of_mind.saturating_sub(CHANGES_OF_MIND);
     let periods = 1_u32.checked_shl(doubled);
@@ -106,7 +107,7 @@ impl Errand {
 }
 
 impl Pilot {
-    /// Makes sure there is a way that holds; otherwise the status says why the robot stands.
+    /// Makes sure there is a valid way; otherwise the status says why the robot stands.
     pub(super) fn has_way(&mut self, now: &Situation) -> bool {
         let is_due = now.stamp >= self.errand.next_review;
         if is_due {
@@ -134,8 +135,8 @@ impl Pilot {
         if let (Some(follower), Some(route)) = (&self.errand.follower, &self.errand.route) {
             let ahead = follower.remaining(here);
             let keep = self.model.radius() + route.least_margin();
-            // Of the outline so much less than a cell is thicker than the wall in it, if so much is
-            // there.
+            // The outline is made smaller by the amount by which a cell may be thicker than the
+            // wall in it, if the outline is large enough for that.
             let within = self.model.outline(-0.5 * now.grid.resolution());
             let is_blocked = match within.or_else(|| self.model.outline(0.0)) {
                 Some(outline) if route.by == Planner::Outline => {
@@ -157,8 +158,8 @@ impl Pilot {
         }
     }
 
-    /// Other frontiers may have come in sight: is the one that it drives to still the first of the
-    /// tour?
+    /// Other frontiers may have come in sight: checks whether the current target is still the first
+    /// of the tour.
     fn reconsider(&mut self, now: &Situation) {
         let is_touring = self.goes_for_frontiers()
             && self.config.frontier.choice == FrontierChoice::ShortestTour;
@@ -182,7 +183,7 @@ impl Pilot {
         }
     }
 
-    /// The path has been driven.
+    /// Called when the path has been driven.
     pub(super) fn arrive(&mut self, now: &Situation) {
         self.errand.drop_route();
         (self.errand.stuck, self.errand.changes_of_mind) = (0, 0);
@@ -209,7 +210,7 @@ impl Pilot {
         }
     }
 
-    /// Where the robot's centre may be: no nearer to the border of the fence than it is let.
+    /// Where the robot's centre may be: the margin to the border of the fence is kept.
     pub(super) fn within(&self, now: &Situation) -> Within {
         Within {
             fence: self.fence.clone(),
@@ -217,7 +218,7 @@ impl Pilot {
         }
     }
 
-    /// Plans to a point; `false` where the robot has to stand.
+    /// Plans to a point; `false` if the robot has to stand.
     pub(super) fn plan_to(&mut self, goal: Point2<f64>, now: &Situation) -> bool {
         if let Some(why) = self.is_outside(now) {
             self.give_up_errand(why);
@@ -231,7 +232,7 @@ impl Pilot {
             Ok(()) => true,
             Err(reason) => {
                 // A robot pushed against a wall by an error of its pose may be free after the next
-                // scans, and a way that is shut by a wall seen wrongly may open.
+                // scans, and a way that is blocked by a false wall may open.
                 let may_pass =
                     !matches!(reason, NoPath::GoalBlocked(_) | NoPath::NotOffered { .. });
                 self.errand.failed_plans += 1;
@@ -243,7 +244,8 @@ impl Pilot {
         }
     }
 
-    /// Whoever has explored all and cannot come home has explored all nevertheless.
+    /// Ends the errand. An exploration that is complete but cannot return home still counts as
+    /// complete.
     pub(super) fn give_up_errand(&mut self, why: Failure) {
         self.status = match self.errand.homeward.take() {
             Some(remaining) => remaining.finish(Homecoming::Failed(why)),
@@ -251,13 +253,13 @@ impl Pilot {
         };
     }
 
-    /// Why it does not plan at all.
+    /// The reason if it does not plan at all.
     fn is_outside(&self, now: &Situation) -> Option<Failure> {
         let here = now.estimate.pose.position();
         (self.fence.clearance(here) < 0.0).then_some(Failure::Outside(here))
     }
 
-    /// Chooses a frontier and plans to it; `false` where the robot has to stand.
+    /// Chooses a frontier and plans to it; `false` if the robot has to stand.
     pub(super) fn plan_exploration(&mut self, now: &Situation) -> bool {
         if self.is_homeward() {
             return self.plan_to(HOME, now);
@@ -274,12 +276,12 @@ impl Pilot {
             if now.stamp.since(since) < DWELL {
                 return false;
             }
-            // Scanned from the best place, and it is still there.
+            // It was scanned from the best place, and is still there.
             self.errand.arrived = None;
             self.errand.explorer.give_up(Reason::NoGain);
         }
-        // A target that is still there stays the target: no dithering between two that promise
-        // alike.
+        // A target that is still there stays the target, so the robot does not dither between two
+        // of equal promise.
         let kept = self.errand.explorer.target.as_ref().and_then(|t| t.goal);
         if let Some(goal) = kept
             && !self.errand.explorer.target_has_vanished(now.grid)
@@ -304,7 +306,7 @@ impl Pilot {
             match self.route_to(goal, Unknown::Blocked, now) {
                 Ok(()) => return true,
                 Err(reason @ NoPath::StartBlocked { .. }) => {
-                    // Says nothing about the frontier.
+                    // This says nothing about the frontier.
                     self.wriggle_free(reason, now);
                     return false;
                 }
@@ -315,8 +317,8 @@ impl Pilot {
         false
     }
 
-    /// The map says that the robot is enclosed where it stands: an error of pose or map that
-    /// backing off and the next scans may mend.
+    /// Backs off when the map says that the robot is enclosed where it stands: an error of pose or
+    /// map that backing off and the next scans may correct.
     pub(super) fn wriggle_free(&mut self, reason: NoPath, now: &Situation) {
         self.errand.failed_plans += 1;
         self.errand.backing_until = Some(now.stamp.plus(BACK_OFF));
@@ -325,7 +327,7 @@ impl Pilot {
         }
     }
 
-    /// # Errors    [`NoPath::StartBlocked`] where the robot is enclosed.
+    /// # Errors    [`NoPath::StartBlocked`] if the robot is enclosed.
     fn find_open_frontiers(&self, now: &Situation) -> Result<Vec<Frontier>, NoPath> {
         let here = now.estimate.pose.position();
         let keep = self.model.radius() + self.config.route.narrowest();
@@ -334,7 +336,7 @@ impl Pilot {
         };
         let space = GridSpace::within(now.grid, rect, keep, Unknown::Blocked, &self.within(now));
         let reach = keep + ESCAPE_REACH;
-        // Before the first scan everything is unknown: that is no wall around the robot.
+        // Before the first scan everything is unknown; that does not mean a wall around the robot.
         let is_blank = !space.states().contains(&CellState::Free);
         let Some(start) = space.escape(here, reach) else {
             return match is_blank {
@@ -344,7 +346,7 @@ impl Pilot {
         };
         let wave = Wavefront::new(&space, start);
         let mut found = find_frontiers(&space, &wave, &self.config.frontier);
-        // What lies beyond the fence stays unknown, and is no failure.
+        // What lies beyond the fence stays unknown, which is no failure.
         found.retain(|frontier| self.fence.clearance(frontier.centre) >= 0.0);
         if self.config.frontier.choice == FrontierChoice::ShortestTour {
             let explorer = &self.errand.explorer;
@@ -380,7 +382,7 @@ impl Pilot {
         }
     }
 
-    /// Whether a goal was given to a robot that is no disc and scans as it drives.
+    /// Whether a goal was given to a robot that is not a disc and scans while driving.
     pub(super) fn goes_by_outline(&self, now: &Situation) -> bool {
         let is_disc = self.model.shape == BodyShape::Disc;
         matches!(self.mode, Mode::GoTo(_)) && !is_disc && !now.scans_on_command
@@ -409,7 +411,7 @@ impl Pilot {
         let by_outline =
             || plan_outline_route(now.grid, &now.estimate.pose, goal, &self.model, &config);
         let is_outline = self.goes_by_outline(now);
-        // In a door that the disc does not pass its way would begin with a turn that the outline
+        // If the disc does not fit through a door, its way would begin with a turn that the outline
         // cannot make.
         let first = (is_outline && !disc_fits(now.grid, start, radius)).then(by_outline);
         let planned = match first {
@@ -442,7 +444,7 @@ impl Pilot {
         }
     }
 
-    /// The robot does not move: back off, or give the goal up.
+    /// The robot does not move: backs off, or gives the goal up.
     pub(super) fn get_unstuck(&mut self, now: &Situation) {
         self.errand.watch.reset();
         self.errand.stuck += 1;
@@ -467,8 +469,8 @@ impl Pilot {
 mod tests {
     use super::*;
 
-    /// Whoever never comes to a frontier keeps to one for a minute in the end, which is time to
-    /// come to it.
+    /// A robot that never reaches a frontier keeps to one for a minute in the end, which is time
+    /// enough to reach it.
     #[test]
     fn who_goes_to_and_fro_makes_up_its_mind() {
         assert_eq!([0, 3, 4].map(choice_periods), [1; 3]);

@@ -1,9 +1,10 @@
 //! Memory of an exploration: which frontier is being explored, and which were given up.
 //!
-//! A frontier is done with when no way leads there, when it is still there after a scan from its
-//! goal, or when `scans_per_frontier` scans of its place (the robot came near its goal) took less
-//! than a tenth of what it promised: lack of gain. What was only seen from afar is not given up for
-//! that, or only after many more times. One that grew by half is worth another scan.
+//! A frontier is finished when no way leads there, when it is still there after a scan from its
+//! goal, or for lack of gain: when `scans_per_frontier` scans of its place (with the robot near its
+//! goal) removed less than a tenth of what it promised. A frontier that was only seen from afar is
+//! not given up for lack of gain, or only after many more times. One that grew by half is worth
+//! another scan.
 
 use nalgebra::Point2;
 
@@ -13,32 +14,33 @@ use crate::plan::Frontier;
 
 /// Frontiers nearer than this to one another are the same place, m.
 const SAME_PLACE: f64 = 0.4;
-/// A target has vanished when less than this part of its cells is still a frontier.
+/// A target has vanished when less than this fraction of its cells is still frontier.
 const STILL_THERE: f64 = 0.25;
-/// From so near to its goal a frontier has been scanned, m.
+/// A frontier has been scanned once the robot was this near to its goal, m.
 const SCANNED_FROM: f64 = 0.5;
-/// A scan was worth it when it took this part of what the frontier promised.
+/// A scan was worth it when it removed this fraction of what the frontier promised.
 const WORTH: f64 = 0.1;
-/// How many more targets than scans a place may have: some vanish from afar, and are there again.
+/// Factor between the targets and the scans that a place may have: some targets vanish when seen
+/// from afar, and come back.
 const TARGETS_PER_SCAN: usize = 5;
 
-/// Chooses frontiers and remembers how that went.
+/// Chooses frontiers and remembers the results.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Explorer {
-    /// All frontiers when they were last searched for, best first.
+    /// All frontiers as of the last search, best first.
     pub(super) frontiers: Vec<Frontier>,
-    /// The one that is being explored.
+    /// The frontier that is being explored.
     pub(super) target: Option<Frontier>,
     given_up: Vec<GivenUp>,
     places: Vec<Place>,
 }
 
-/// Why a frontier is no target any more.
+/// Why a frontier is no longer a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reason {
     /// No way leads there.
     NoWay,
-    /// Looks at it showed nothing new.
+    /// Scans of it showed nothing new.
     NoGain,
 }
 
@@ -48,7 +50,7 @@ struct GivenUp {
     reason: Reason,
 }
 
-/// Where a target was, and what came of it since its promise last fell.
+/// Where a target was, and what its scans brought since its promise last fell.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     at: Point2<f64>,
@@ -60,8 +62,8 @@ struct Place {
 }
 
 impl Explorer {
-    /// Takes what was found, and picks the best frontier that was not given up. One that
-    /// `most_scans` standing scans showed nothing of is given up.
+    /// Takes the frontiers that were found, and picks the best that was not given up. A frontier of
+    /// which `most_scans` standing scans showed nothing is given up.
     pub(super) fn choose(
         &mut self,
         found: Vec<Frontier>,
@@ -85,7 +87,7 @@ impl Explorer {
         None
     }
 
-    /// The target cannot be reached, or did not vanish when scanned.
+    /// Gives the target up: it cannot be reached, or did not vanish when scanned.
     pub(super) fn give_up(&mut self, reason: Reason) {
         let target = self.target.take();
         self.given_up
@@ -101,7 +103,7 @@ impl Explorer {
         (remaining.count() as f64) < STILL_THERE * target.cells.len() as f64
     }
 
-    /// The robot is here, on its way to the target.
+    /// Notes that the robot is here, on its way to the target.
     pub(super) fn pass(&mut self, here: Point2<f64>) {
         let Some(target) = &self.target else { return };
         let is_near = |goal: Point2<f64>| (goal - here).length() < SCANNED_FROM;
@@ -112,8 +114,8 @@ impl Explorer {
         }
     }
 
-    /// Centres of what is unknown and stays so for this reason; where no way was ever searched for,
-    /// there is none.
+    /// Centres of the frontiers that stay unknown for this reason. A frontier to which no way was
+    /// ever searched for counts as [`Reason::NoWay`].
     pub(super) fn remaining(&self, reason: Reason) -> Vec<Point2<f64>> {
         let why = |f: &&Frontier| self.why_not(f).unwrap_or(Reason::NoWay) == reason;
         let remaining = self.frontiers.iter().filter(why);
@@ -134,9 +136,9 @@ impl Explorer {
         self.given_up.iter().find(is_it).map(|old| old.reason)
     }
 
-    /// Counts the target, and the scan of it if there was one since the last time; from the start
-    /// where the last scan was worth it. Promises fall by a part each time and places have a size,
-    /// so that exploration ends.
+    /// Counts the target, and the scan of it if there was one since the last call; the count starts
+    /// again if the last scan was worth it. Promises fall by a fraction each time and places have a
+    /// size, so exploration ends.
     fn is_worth_another_scan(&mut self, most_scans: usize) -> bool {
         let Some(target) = &self.target else {
             return false;
@@ -161,7 +163,7 @@ impl Explorer {
         place.is_scanned = false;
         let is_worth = place.scans < most_scans && place.targets < TARGETS_PER_SCAN * most_scans;
         if !is_worth {
-            // Should it grow, it starts again.
+            // Should the frontier grow, counting starts again.
             place.gain = target.gain;
             (place.scans, place.targets) = (0, 0);
         }

@@ -1,10 +1,10 @@
-//! What each stage of the cycle gave, for people who want to follow it.
+//! What each stage of the cycle gave, for people who want to follow the cycle.
 //!
-//! In: one [`StageReport`] for each [`Stage`], from whoever does the stage: scan, lines, localise
-//! and map come with a scan, the others from the pilot. Out: the [`StageRecord`], through which a
-//! person can step stage by stage while the run itself goes on in whole rounds.
+//! In: one [`StageReport`] for each [`Stage`], from the code that does the stage: scan, lines,
+//! localise and map come with a scan, the others from the pilot. Out: the [`StageRecord`], through
+//! which a person can step stage by stage while the run itself goes on in whole rounds.
 //!
-//! Source: TDK 2016 §6.3 (fig. 6.3), where each of four nodes does some of them.
+//! Source: TDK 2016 §6.3 (fig. 6.3), where four nodes share the stages.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -17,23 +17,23 @@ use crate::plan::Planner;
 /// Stages of the cycle in the order in which they are done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// The errand begins; at the very first the pose is known.
+    /// The errand begins; at the very first errand the pose is known.
     Init,
     /// The sensor scans while the robot stands.
     Scan,
     /// Lines are found in the scan.
     Lines,
-    /// They are recognised, and the pose is corrected.
+    /// The lines are matched, and the pose is corrected.
     Localise,
     /// What was seen enters the map.
     Map,
     /// A path to the goal is searched for.
     Plan,
-    /// It is cut to what has been seen.
+    /// The path is cut to what has been seen.
     Truncate,
     /// The robot turns towards the first leg.
     Turn,
-    /// It drives that leg.
+    /// The robot drives that leg.
     Go,
 }
 
@@ -58,28 +58,28 @@ impl Stage {
     }
 }
 
-/// What a stage gave. Its `Display` is a sentence for people.
+/// The result of a stage. Its `Display` is a sentence for people.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StageReport {
     /// Where the errand begins.
     Init {
-        /// Pose with its doubts, map frame.
+        /// The pose with its covariance, map frame.
         estimate: PoseEstimate,
     },
     /// A standing scan was commanded.
     LooksRound,
     /// A scan is complete.
     Scan {
-        /// Readings that can be used.
+        /// Number of usable readings.
         readings: usize,
-        /// Those on which something came back.
+        /// Number of hits among them.
         hits: usize,
     },
     /// Lines of the scan.
     Lines {
         /// Number of lines.
         lines: usize,
-        /// Readings that lie on them.
+        /// Number of readings that lie on them.
         points: usize,
     },
     /// The scan corrected the pose.
@@ -110,7 +110,7 @@ pub enum StageReport {
         length: f64,
         /// Its legs.
         legs: usize,
-        /// Who found it.
+        /// The planner that found it.
         by: Planner,
     },
     /// There is nothing to drive, for now or for good.
@@ -118,7 +118,7 @@ pub enum StageReport {
         /// Why, in words.
         why: String,
     },
-    /// The path was cut to its first leg, and the leg to what may be driven without another look.
+    /// The path was cut to its first leg, and the leg to what may be driven without another scan.
     Truncate {
         /// What is left of the leg, m.
         length: f64,
@@ -136,7 +136,7 @@ pub enum StageReport {
     Go {
         /// How far, m; backwards where negative.
         length: f64,
-        /// How far it was to go before the last scan's obstacles were looked at, m.
+        /// How far it was to go before the obstacles of the last scan were considered, m.
         wished: f64,
     },
 }
@@ -146,7 +146,7 @@ pub enum StageReport {
 pub enum Cut {
     /// Nothing: all of it is driven.
     Nothing,
-    /// Beyond, nothing has been seen yet.
+    /// Farther on, nothing has been seen yet.
     Unseen,
     /// The longest leg allowed between two scans.
     Longest,
@@ -157,7 +157,7 @@ pub enum Cut {
 }
 
 impl StageReport {
-    /// The stage that it is of.
+    /// The stage to which the report belongs.
     #[must_use]
     pub fn stage(&self) -> Stage {
         match self {
@@ -259,13 +259,13 @@ impl fmt::Display for Pose<'_> {
     }
 }
 
-/// The reports of the rounds in order, and how far they have been shown.
+/// The reports of all rounds in order, and how far they have been shown.
 ///
-/// What is recorded is shown at once, unless somebody steps through the record (`step`): then
-/// reports wait until they are asked for, or until `show_all`.
+/// A report is shown as soon as it is recorded, unless somebody steps through the record (`step`):
+/// then reports wait for the next `step`, or for `show_all`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageRecord {
-    /// The newest report of each stage, of those that were shown.
+    /// The newest report of each stage among those shown.
     reports: [Option<StageReport>; Stage::ALL.len()],
     now: Option<Stage>,
     count: u64,
@@ -276,7 +276,7 @@ pub struct StageRecord {
 }
 
 impl StageRecord {
-    /// A stage is done, or under way.
+    /// Records a stage that is done or under way.
     pub(crate) fn record(&mut self, report: StageReport) {
         if self.is_stepped {
             self.waiting.push_back(report);
@@ -285,8 +285,8 @@ impl StageRecord {
         }
     }
 
-    /// Shows the next report that waits, and returns its stage; `None` where none does. That an
-    /// errand or a sweep begins is shown together with what comes next.
+    /// Shows the next report that waits, and returns its stage; `None` if none waits. The beginning
+    /// of an errand or of a sweep is shown together with what comes next.
     pub(crate) fn step(&mut self) -> Option<Stage> {
         self.is_stepped = true;
         while let Some(report) = self.waiting.pop_front() {
@@ -299,7 +299,7 @@ impl StageRecord {
         None
     }
 
-    /// Shows all that waits, and whatever comes from here on.
+    /// Shows everything that waits, and from here on every report as it comes.
     pub(crate) fn show_all(&mut self) {
         self.is_stepped = false;
         while let Some(report) = self.waiting.pop_front() {
@@ -337,20 +337,20 @@ impl StageRecord {
         self.count
     }
 
-    /// Scans asked for so far: which round of the cycle this is, from 1.
+    /// Scans asked for so far: the number of the round of the cycle, from 1.
     #[must_use]
     pub fn round(&self) -> u32 {
         self.round
     }
 
-    /// Whether a stage is done but waits to be shown: what it changed is not to be seen yet.
+    /// Whether a stage is done but its report waits to be shown: its effects must not be visible
+    /// yet.
     #[must_use]
     pub fn awaits(&self, stage: Stage) -> bool {
         self.waiting.iter().any(|report| report.stage() == stage)
     }
 
-    /// The estimate to show while the correction of it waits to be shown; otherwise it is the
-    /// newest.
+    /// The estimate to show while its correction waits to be shown; otherwise the newest.
     #[must_use]
     pub fn held_estimate(&self) -> Option<&PoseEstimate> {
         self.waiting.iter().find_map(|report| match report {

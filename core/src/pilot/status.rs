@@ -4,7 +4,7 @@ use nalgebra::Point2;
 
 use crate::plan::NoPath;
 
-/// A robot that stands no farther from its goal has reached it, m.
+/// A robot that stands no farther from its goal than this has reached it, m.
 const AT_GOAL: f64 = 0.1;
 
 /// What the pilot is to do.
@@ -25,9 +25,9 @@ pub enum Status {
     Idle,
     /// On its way.
     Driving,
-    /// Standing to look: during a sweep, or until the map has settled.
+    /// Standing to scan: during a sweep, or until the map has settled.
     Scanning,
-    /// Standing for a reason that passes; then it goes on by itself.
+    /// Standing for a reason that may pass; then it goes on by itself.
     Waiting(Failure),
     /// Done.
     Finished(Finish),
@@ -36,7 +36,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Whether the errand is over, well or not.
+    /// Whether the errand is over, successfully or not.
     #[must_use]
     pub fn is_over(&self) -> bool {
         matches!(self, Self::Finished(_) | Self::Failed(_))
@@ -55,19 +55,19 @@ impl std::fmt::Display for Status {
     }
 }
 
-/// How an errand ended well.
+/// How an errand ended successfully.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finish {
-    /// At the goal, or at the nearest place to it where the robot fits.
+    /// The robot is at the goal, or at the nearest place to it where it fits.
     GoalReached {
-        /// What is left to the goal, m.
+        /// Remaining distance to the goal, m.
         off: f64,
     },
-    /// No frontier is left that can be reached and promises anything.
+    /// No frontier is left that can be reached and promises anything new.
     Explored {
         /// Centres of the frontiers that no way leads to.
         unreached: Vec<Point2<f64>>,
-        /// Centres of the frontiers that stayed what they were when looked at.
+        /// Centres of the frontiers that were still there after scans.
         fruitless: Vec<Point2<f64>>,
         /// Whether it came home.
         homecoming: Homecoming,
@@ -75,8 +75,8 @@ pub enum Finish {
 }
 
 impl Finish {
-    /// Whether all that was asked is done: the goal itself reached, or all explored and home again
-    /// if that was asked.
+    /// Whether everything that was asked is done: the goal itself reached, or everything explored
+    /// and the robot home again if that was asked.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         match self {
@@ -91,9 +91,9 @@ impl Finish {
 pub enum Homecoming {
     /// Nobody asked for it: the robot stands where it ended.
     NotAsked,
-    /// It is where it began.
+    /// The robot is where it began.
     Home,
-    /// It stands on the way, for this reason.
+    /// The robot stands on the way, for this reason.
     Failed(Failure),
 }
 
@@ -128,7 +128,7 @@ impl std::fmt::Display for Finish {
     }
 }
 
-/// How many places, and where the first is; nothing for none.
+/// Writes how many places there are, and where the first is; nothing for none.
 fn write_places(
     f: &mut std::fmt::Formatter<'_>,
     places: &[Point2<f64>],
@@ -154,27 +154,26 @@ pub enum Failure {
     /// There is no way.
     #[error(transparent)]
     NoPath(#[from] NoPath),
-    /// The sensor has fallen silent: nothing is known of what stands in the way. The robot waits
-    /// for it.
+    /// The sensor has fallen silent, so nothing is known of obstacles. The robot waits for it.
     #[error("no scan for {seconds:.1} s")]
     NoScan {
         /// How old the newest scan may be, s.
         seconds: f64,
     },
-    /// It does not know any more where it is: the map cannot lead it.
+    /// The robot no longer knows where it is: the map cannot guide it.
     #[error(
         "lost: for {seconds:.0} s it has known where it is to {sigma:.1} m only, for its sensor shows it nothing that it could find itself by"
     )]
     Lost {
-        /// Standard deviation of its place in the worse direction, m.
+        /// Standard deviation of its position in the worse direction, m.
         sigma: f64,
-        /// For how long it was more than [`super::PilotConfig::lost_sigma`], s.
+        /// For how long that was more than [`super::PilotConfig::lost_sigma`], s.
         seconds: f64,
     },
-    /// Where it was to go, it may not.
+    /// The goal is outside the geofence.
     #[error("the goal at ({:.2}, {:.2}) m lies outside of the geofence", .0.x, .0.y)]
     GoalOutside(Point2<f64>),
-    /// Where it is, it may not be.
+    /// The robot is outside the geofence.
     #[error("the robot is outside of the geofence, at ({:.2}, {:.2}) m: drive it back by hand", .0.x, .0.y)]
     Outside(Point2<f64>),
     /// The robot does not move although it should, and backing off did not help.

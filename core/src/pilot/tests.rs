@@ -1,4 +1,4 @@
-//! Closed loops against a plain world of segments, seen and moved in exactly.
+//! Closed loops in a simple world of segments, with exact sensing and motion.
 
 mod explore;
 mod fence;
@@ -61,7 +61,7 @@ impl Toy {
         self.grid.insert(&self.points, &self.pose);
     }
 
-    /// One tick: the speeds follow the wish as fast as the model may.
+    /// One tick: the speeds follow the request as fast as the model allows.
     fn step(&mut self, command: Option<Command>) {
         let wish = match command {
             Some(Command::Velocity { forward, turn }) => (forward, turn),
@@ -116,8 +116,8 @@ impl Toy {
         }
     }
 
-    /// Part of the cells that the robot could stand on, by a flood over exact distances, that are
-    /// known to be free.
+    /// Fraction of the cells on which the robot could stand, by a flood over exact distances, that
+    /// are known to be free.
     fn explored(&self, start: Point2<f64>) -> f64 {
         let keep = self.model.radius() + 0.03;
         let first = self.grid.cell_at(start);
@@ -343,7 +343,7 @@ fn an_errand_waits_for_a_silent_lidar_says_so_and_goes_on() {
 fn a_pressed_bumper_sends_the_robot_back_and_in_the_end_makes_it_give_the_goal_up() {
     let mut toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
     let mut pilot = pilot(toy.model, Mode::GoTo(Point2::new(2.0, 0.0)), 3);
-    // A pane that no scan shows, 0.5 m ahead of where it starts.
+    // A pane of glass that no scan shows, 0.5 m ahead of the start.
     let pane = toy.pose.x() + 0.5;
     while toy.stamp().seconds() < 120.0 && !pilot.status().is_over() {
         let touches = toy.pose.x() + toy.model.radius() >= pane;

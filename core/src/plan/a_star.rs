@@ -1,11 +1,11 @@
 //! A* over cells.
 //!
 //! In: a [`Lattice`] and a query, cell by cell. Out: the shortest way over its cells in eight
-//! directions, or that there is none over them.
+//! directions, or that there is none.
 //!
 //! 1. Lengths are whole numbers, 70 for a straight step and 99 for a diagonal one: their ratio is
-//!    √2 to 5·10⁻⁵, and whole numbers give the same order everywhere.
-//! 2. The rest of the way to the goal is at least the octile distance. The sum of way and rest
+//!    √2 to 5·10⁻⁵, and whole numbers give the same order on every machine.
+//! 2. The remaining way to the goal is at least the octile distance. The sum of way and remainder
 //!    never falls along a way, and rises by no more than twice a diagonal step: open cells wait in
 //!    a ring of buckets (Dial 1969) instead of a heap.
 //! 3. Of equal sums the last one found comes first: it is nearest to the goal.
@@ -25,7 +25,7 @@ use crate::geom::Segment;
 const STRAIGHT: u32 = 70;
 const DIAGONAL: u32 = 99;
 const UNREACHED: u32 = u32::MAX;
-/// More than the sum of way and rest can rise by in a step.
+/// More than the sum of way and remainder can rise in a step.
 const BUCKETS: usize = 256;
 
 /// A search over cells, shortest way first.
@@ -33,7 +33,7 @@ const BUCKETS: usize = 256;
 pub struct AStar {
     trail: Trail,
     ways: Vec<u32>,
-    /// Cells and their ways, by the sum of way and rest.
+    /// Cells and their ways, by the sum of way and remainder.
     buckets: Vec<Vec<(u32, u32)>>,
     sum: u32,
     waiting: usize,
@@ -79,7 +79,7 @@ impl AStar {
         true
     }
 
-    /// The open cell with the least sum that is not out of date.
+    /// The open cell with the least sum, skipping entries that are out of date.
     fn next(&mut self) -> Option<usize> {
         while self.waiting > 0 {
             let Some((at, way)) = self.buckets[self.sum as usize % BUCKETS].pop() else {
@@ -110,7 +110,7 @@ impl AStar {
         });
     }
 
-    /// The path over corners of the way, if the goal was reached.
+    /// The path over the corners of the way, if the goal was reached.
     #[must_use]
     pub fn path(&self) -> Option<Path> {
         let cells = self.trail.way()?;
@@ -140,15 +140,15 @@ impl Planning for AStar {
     }
 }
 
-/// Least length of a way over cells without walls.
+/// Lower bound of the length of a way between cells, as if without walls.
 #[inline]
 fn octile(a: (i32, i32), b: (i32, i32)) -> u32 {
     let (dx, dy) = (a.0.abs_diff(b.0), a.1.abs_diff(b.1));
     STRAIGHT * dx.max(dy) + (DIAGONAL - STRAIGHT) * dx.min(dy)
 }
 
-/// The points of cells in which a way turns. The steps from the start and to the goal are legs of
-/// their own: those points lie anywhere in their cells.
+/// The points of cells at which a way turns. The steps from the start and to the goal are legs of
+/// their own, because those points lie anywhere in their cells.
 fn corners(lattice: &Lattice, cells: &[usize]) -> Path {
     let last = cells.len() - 1;
     let is_corner = |i: usize| {

@@ -1,7 +1,7 @@
-//! Who hangs on whom in a tree that is wired again, and how long the way from the root is.
+//! Parents and children in a tree that is rewired, and the length of the way from the root.
 //!
-//! In: new vertices, and new parents for old ones. Out: parents, and the length of the way to every
-//! vertex, kept up to date.
+//! In: new vertices, and new parents for existing ones. Out: parents, and the length of the way to
+//! every vertex, kept up to date.
 
 const NONE: u32 = u32::MAX;
 
@@ -10,7 +10,7 @@ struct Branch {
     parent: u32,
     first_child: u32,
     next_sibling: u32,
-    /// Way from the root, m.
+    /// Length of the way from the root, m.
     way: f64,
 }
 
@@ -18,7 +18,7 @@ struct Branch {
 #[derive(Clone, Debug)]
 pub(super) struct Branches {
     branches: Vec<Branch>,
-    /// Vertices whose ways are yet to be shortened.
+    /// Vertices whose ways have still to be shortened.
     todo: Vec<u32>,
 }
 
@@ -45,7 +45,7 @@ impl Branches {
         (parent != NONE).then_some(parent as usize)
     }
 
-    /// A new vertex with its way from the root.
+    /// Adds a vertex with its way from the root.
     pub(super) fn grow(&mut self, parent: usize, way: f64) -> usize {
         let vertex = self.branches.len();
         self.branches.push(Branch {
@@ -58,8 +58,8 @@ impl Branches {
         vertex
     }
 
-    /// Gives a vertex a new parent, over which the way to it is `way`, and all that hangs on it a
-    /// way shorter by as much.
+    /// Gives a vertex a new parent, over which the way to it is `way`, and shortens the ways to all
+    /// its descendants by as much.
     pub(super) fn hang(&mut self, vertex: usize, parent: usize, way: f64) {
         self.leave(vertex);
         self.adopt(parent, vertex);

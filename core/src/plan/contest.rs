@@ -1,21 +1,21 @@
 //! All planners on one query, side by side.
 //!
 //! In: walls or a grid, a query, and how long each planner may take; after each step the time that
-//! it took, for there is no clock here. Out: at any time, for each planner, the path or why there
-//! is none, its length against the shortest, time, iterations, what it tried, and how the length
-//! fell.
+//! it took, because there is no clock here. Out: at any time, for each planner, the path or why
+//! there is none, its length against the shortest, time, iterations, what it tried, and how the
+//! length fell.
 //!
-//! 1. The planners take turns. A turn is as many iterations as fill a slice, by the time that the
-//!    last ones took; so the caller stays in command, and a slow planner holds up no other.
-//! 2. A planner is done when it can do no more, or its time is spent. Each draws from a generator
-//!    of its own: what one finds does not depend on who else takes part.
-//! 3. Lengths are held against that of the visibility graph, which is the shortest there is; over a
-//!    grid, where there is no such graph, against the shortest found.
-//! 4. For a robot that is no disc one more takes part, [`Planner::Outline`], which plans for the
-//!    outline; all others plan for the disc around it. Nobody's path is then known to be the
-//!    shortest.
-//! 5. If one found nothing and the visibility graph has proved nothing, a flood may prove that
-//!    there is nothing.
+//! 1. The planners take turns. A turn is as many iterations as fill a time slice, judged by the
+//!    time of the last ones; so the caller stays in control, and a slow planner does not hold up
+//!    others.
+//! 2. A planner is done when it can do no more, or its time is spent. Each has a random generator
+//!    of its own, so its result does not depend on who else takes part.
+//! 3. Lengths are compared with that of the visibility graph, which is the shortest possible; over
+//!    a grid, where there is no such graph, with the shortest found.
+//! 4. For a robot that is not a disc one more takes part, [`Planner::Outline`], which plans for the
+//!    outline; all others plan for the disc around it. Then no path is known to be the shortest.
+//! 5. If a planner found nothing and the visibility graph has proved nothing, a flood may prove
+//!    that there is no path.
 
 mod entrant;
 mod standing;
@@ -32,7 +32,7 @@ use crate::geom::{Footprint, Segment};
 use crate::map::Grid;
 pub use standing::{Shortest, Standing};
 
-/// The planners that a contest of discs knows.
+/// The planners of a contest for discs.
 pub const CONTESTANTS: [Planner; 8] = [
     Planner::Rrt,
     Planner::RrtConnect,
@@ -62,38 +62,38 @@ config! {
     }
 }
 
-/// The robot that a path is looked for.
+/// The robot for which a path is searched.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContestBody {
     /// Distance that its centre keeps from walls, taken as a disc, m.
     pub keep: f64,
-    /// Its outline, where it is no disc; at the start it may have any heading.
+    /// Its outline, if it is not a disc; at the start it may have any heading.
     pub outline: Option<Footprint>,
 }
 
-/// Why there is no contest.
+/// Why a contest cannot begin.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ContestError {
-    /// Start or goal cannot be.
+    /// Start or goal is not possible.
     #[error(transparent)]
     Query(#[from] NoPath),
-    /// Walls that cannot be.
+    /// The walls are not valid.
     #[error(transparent)]
     Space(#[from] SpaceError),
 }
 
-/// Planners that look for the same path in the same space.
+/// Planners that search for the same path in the same space.
 pub struct Contest {
     space: Box<dyn ConfigSpace>,
-    /// The same for the disc within the outline, and that.
+    /// The space of the disc within the outline, and the outline.
     outline: Option<(Box<dyn ConfigSpace>, Footprint)>,
     query: Query,
     config: ContestConfig,
     entrants: Vec<Entrant>,
-    /// Whose turn was the last.
+    /// The planner that had the last turn.
     turn: usize,
-    /// Whether start and goal are proved to be apart; `None` before that was looked into.
+    /// Whether start and goal are proved to be apart; `None` before the proof was tried.
     apart: Option<bool>,
 }
 
@@ -107,11 +107,11 @@ impl std::fmt::Debug for Contest {
 }
 
 impl Contest {
-    /// Among walls, for a robot whose centre keeps away from them and stays inside the rectangle
-    /// around them.
+    /// A contest among walls, for a robot whose centre keeps away from them and stays inside their
+    /// bounding rectangle.
     ///
-    /// # Errors    [`ContestError`]: walls or distance that cannot be, start or goal that is not
-    /// free.
+    /// # Errors    [`ContestError`]: walls or distance that are not valid, start or goal that is
+    /// not free.
     pub fn among_walls(
         walls: Vec<Segment>,
         body: ContestBody,
@@ -128,7 +128,7 @@ impl Contest {
         Ok(Self::held(space, outline, query, config)?)
     }
 
-    /// On a snapshot of a grid, for a robot whose centre keeps away from what is occupied.
+    /// A contest on a snapshot of a grid, for a robot whose centre keeps away from occupied cells.
     ///
     /// # Errors    [`ContestError::Query`]: start or goal that is not free, or is far off the grid.
     pub fn on_grid(
@@ -144,14 +144,14 @@ impl Contest {
         Ok(Self::held(space, outline, query, config)?)
     }
 
-    /// `outline` stands beside the space of the disc within it.
+    /// `outline` comes with the space of the disc within it.
     fn held<Space: ConfigSpace + 'static>(
         space: Space,
         outline: Option<(Space, Footprint)>,
         query: Query,
         config: ContestConfig,
     ) -> Result<Self, NoPath> {
-        // What the disc around refuses the outline may take.
+        // The outline may fit where the disc around it does not.
         query.check(outline.as_ref().map_or(&space, |(within, _)| within))?;
         let discs = CONTESTANTS.into_iter();
         let planners = discs.chain(outline.is_some().then_some(Planner::Outline));
@@ -167,8 +167,8 @@ impl Contest {
         })
     }
 
-    /// One turn of the next planner that is not done. Whether there was anything to do; if so,
-    /// [`Self::took`] is to hear how long it took.
+    /// Does one turn of the next planner that is not done. Returns whether there was anything to
+    /// do; if so, [`Self::took`] must be told how long it took.
     pub fn step(&mut self) -> bool {
         let count = self.entrants.len();
         let next = (1..=count).map(|i| (self.turn + i) % count);
@@ -197,7 +197,7 @@ impl Contest {
         true
     }
 
-    /// How long the last step took, s. What is no time counts as none.
+    /// Takes how long the last step took, s. A value that is not a time counts as 0.
     pub fn took(&mut self, seconds: f64) {
         let ContestConfig {
             seconds: most,
@@ -222,24 +222,26 @@ impl Contest {
         }
     }
 
-    /// Looks once for a proof that there is no path, if that is an open question. Whether it did.
+    /// Tries once to prove that there is no path, if that is an open question. Returns whether it
+    /// tried.
     fn prove(&mut self) -> bool {
         let has_path = |e: &Entrant| !e.curve.is_empty();
         if self.apart.is_some() || self.entrants.iter().all(has_path) {
             return false;
         }
-        // An outline passes where the disc around it does not: it says nothing of the others.
+        // An outline may pass where the disc around it does not, so its result says nothing about
+        // the others.
         let mut discs = self.entrants.iter().take(CONTESTANTS.len());
         let is_joined = discs.clone().any(has_path);
         let is_proved = discs.any(Entrant::has_proof);
         let Query { start, goal } = self.query;
-        // Its time is no planner's.
+        // The time of the proof is not charged to any planner.
         self.turn = self.entrants.len();
         self.apart = Some(!is_joined && (is_proved || self.space.are_apart(start, goal)));
         true
     }
 
-    /// Whether nobody has anything left to do.
+    /// Whether no planner has anything left to do.
     #[must_use]
     pub fn is_over(&self) -> bool {
         let has_path = |e: &Entrant| !e.curve.is_empty();
@@ -247,8 +249,8 @@ impl Contest {
         is_settled && self.entrants.iter().all(|e| e.is_over)
     }
 
-    /// Who takes part: [`CONTESTANTS`], and after them [`Planner::Outline`] for a robot that is no
-    /// disc.
+    /// The planners that take part: [`CONTESTANTS`], and after them [`Planner::Outline`] for a
+    /// robot that is not a disc.
     pub fn planners(&self) -> impl Iterator<Item = Planner> + '_ {
         self.entrants.iter().map(|entrant| entrant.planner)
     }
@@ -259,7 +261,7 @@ impl Contest {
         self.search(planner).and_then(Search::path)
     }
 
-    /// What a planner tried.
+    /// The edges that a planner tried.
     #[must_use]
     pub fn tree(&self, planner: Planner) -> Vec<Segment> {
         self.search(planner).map(Search::tree).unwrap_or_default()

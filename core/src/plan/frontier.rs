@@ -1,28 +1,29 @@
-//! Frontiers: where what is known to be free meets what is unknown.
+//! Frontiers: borders between known free cells and unknown cells.
 //!
-//! In: a snapshot of the grid, and what can be reached in it. Out: clusters of frontier cells with
-//! a goal from which each can be looked at, scored.
+//! In: a snapshot of the grid, and what can be reached in it. Out: scored clusters of frontier
+//! cells, each with a goal from which it can be seen.
 //!
 //! 1. A frontier cell is free and has an unknown neighbour (Yamauchi 1997, "A frontier-based
 //!    approach for autonomous exploration"); clusters are connected over eight neighbours, and cut
-//!    into pieces no longer than `longest`: a border that runs round all that is known has one
-//!    middle, and would be given up whole when a look there shows nothing.
-//! 2. The gain of a cluster is the unknown area behind it: counted by a flood through unknown
+//!    into pieces no longer than `longest`: a border that runs round the whole known area has only
+//!    one middle, and all of it would be given up when a scan there shows nothing.
+//! 2. The gain of a cluster is the unknown area behind it: measured by a flood through unknown
 //!    cells, as deep as [`GAIN_REACH`]. Walls stop the flood, so the slivers along walls and
 //!    between beams gain next to nothing and are dropped; so are clusters narrower than the robot,
-//!    not counting their cells in the lee of a wall.
+//!    not counting cells right beside a wall.
 //! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the
-//!    cheapest one of the first few. Floor nearer to a wall than [`MIN_CLEARANCE`] leads nowhere:
+//!    cheapest one of the first few. Floor nearer to a wall than [`MIN_CLEARANCE`] is not followed:
 //!    errors of the pose make holes of a cell or two in walls, and free floor behind them that no
-//!    look will ever make known. That alone does not end an exploration: walls must be drawn so
-//!    that they last (`map::Evidence`), and looks that show nothing must count (`pilot::explorer`).
+//!    scan will ever make known. This alone does not make an exploration end: walls must be drawn
+//!    so that they last (`map::Evidence`), and scans that show nothing must count
+//!    (`pilot::explorer`).
 //! 4. Score: the gain, bounded, times e^(-λ cost), as in González-Baños & Latombe (2002),
 //!    "Navigation strategies for exploring indoor environments", eq. (1). Gain over cost and gain
-//!    over cost squared were tried: in `office` they drive 131 and 108 m on the mean of three
+//!    over cost squared were tried: in `office` they drive 131 and 108 m in the mean of three
 //!    seeds, the exponential 97 m.
-//! 5. Room by room, what lies in the room that the way begins in comes before all else
-//!    ([`crate::map::Topology`]). Corridors are no rooms: who finished a corridor before its rooms
-//!    would drive it twice.
+//! 5. Room by room: what lies in the room in which the way begins comes before everything else
+//!    ([`crate::map::Topology`]). Corridors do not count as rooms: a robot that finished a corridor
+//!    before its rooms would drive through it twice.
 
 use std::collections::BTreeSet;
 
@@ -37,38 +38,39 @@ use crate::map::{
 };
 
 /// Cells nearer to a wall than this do not count in the length of a cluster, and do not lead to it,
-/// m: noise makes holes in walls, and strips of free cells behind them; nothing passes there.
+/// m: noise makes holes in walls, and strips of free cells behind them, through which nothing can
+/// pass.
 const MIN_CLEARANCE: f64 = 0.1;
-/// How deep into the unknown is counted, m.
+/// Depth to which unknown area is counted, m.
 const GAIN_REACH: f64 = 1.0;
-/// From how far away a frontier may be looked at, m over free floor; no farther than the sensor
+/// Distance from which a frontier may be viewed, m over free floor; no farther than the sensor
 /// sees.
 const VIEW_REACH: f64 = 1.0;
 
 /// A cell at the straight edge of open floor has five free neighbours, one in a jagged edge one
-/// less, one of a lone beam two.
+/// fewer, one on a lone beam two.
 const OPEN_NEIGHBOURS: usize = 4;
 
-/// Which of the frontiers is the best.
+/// Which frontier is the best.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FrontierChoice {
-    /// What lies behind it, against the way there: step 4.
+    /// The gain behind it, weighed against the way there: step 4.
     GainOverCost,
     /// The first one on the shortest tour through all of them ([`super::order_by_tour`]).
     #[default]
     ShortestTour,
-    /// The nearest one, whatever it promises (Yamauchi 1997): the yardstick.
+    /// The nearest one, whatever it promises (Yamauchi 1997): the baseline.
     Nearest,
-    /// What its goal would let see all round, against the way there (González-Baños & Latombe
-    /// 2002).
+    /// The area visible all round from its goal, weighed against the way there (González-Baños &
+    /// Latombe 2002).
     NextBestView,
-    /// As [`FrontierChoice::GainOverCost`], but the room it is in first, before it goes through a
+    /// As [`FrontierChoice::GainOverCost`], but the current room first, before going through a
     /// door: step 5.
     RoomByRoom,
 }
 
 impl FrontierChoice {
-    /// All strategies, with the names used by settings and commands, and what a person calls them.
+    /// All strategies, with their names in settings and commands, and their names for people.
     pub const ALL: [(&'static str, Self, &'static str); 5] = [
         ("gain-over-cost", Self::GainOverCost, "Gain over cost"),
         ("nearest", Self::Nearest, "Nearest frontier"),
@@ -110,20 +112,20 @@ pub struct Frontier {
     pub cells: Vec<CellIndex>,
     /// The cell nearest to their mean, map frame, m.
     pub centre: Point2<f64>,
-    /// Unknown area behind it, m², as deep as was counted.
+    /// Unknown area behind it, m², to the counted depth.
     pub gain: f64,
-    /// Where to look at it from; `None` where no reachable place is near.
+    /// Where to view it from; `None` if no reachable place is near.
     pub goal: Option<Point2<f64>>,
     /// Cost of the way there, m of open floor; infinite without a goal.
     pub cost: f64,
-    /// What it promises for its way; 0 without a goal.
+    /// Its gain weighed against the way; 0 without a goal.
     pub score: f64,
 }
 
 impl Frontier {
-    /// Those of its cells that stand at the edge of open floor, for people who look at it. Far
-    /// beams are a cell wide and have unknown cells between them: all of these border on the
-    /// unknown, and say nothing of where it begins.
+    /// Those of its cells at the edge of open floor, for people who look at it. Far beams are a
+    /// cell wide with unknown cells between them: all their cells border on unknown cells, but do
+    /// not show where the unknown area begins.
     pub fn edge<'a>(&'a self, grid: &'a Grid) -> impl Iterator<Item = CellIndex> + 'a {
         let is_free = |col, row| grid.state(CellIndex::new(col, row)) == CellState::Free;
         let is_edge = move |cell: &CellIndex| {
@@ -136,7 +138,7 @@ impl Frontier {
     }
 }
 
-/// All frontiers that count, best first; those that cannot be reached come last, without a goal.
+/// All frontiers that count, best first; unreachable ones come last, without a goal.
 #[must_use]
 pub fn find_frontiers(
     space: &GridSpace,
@@ -158,8 +160,8 @@ pub fn find_frontiers(
     frontiers
 }
 
-/// Step 5: no gain is worth more than `most_gain`, so that much more puts what is in the room
-/// first.
+/// Step 5: no gain is worth more than `most_gain`, so adding that much puts the frontiers of the
+/// room first.
 fn stay_in_room(
     space: &GridSpace,
     wave: &Wavefront,
@@ -210,7 +212,7 @@ fn judge(
     if gain < config.min_gain {
         return None;
     }
-    // The first reachable cells, and those up to two rings farther: the cheapest of them.
+    // The first reachable cells, and those up to two rings farther; the cheapest of them is taken.
     let depth = (VIEW_REACH / resolution) as usize;
     let (mut first_ring, mut best) = (None, None::<(f64, usize)>);
     let through = |cell: usize| survey.states[cell] == CellState::Free && is_open(cell);
@@ -232,9 +234,9 @@ fn judge(
     let worth = |gain: f64, most: f64| gain.min(most) * libm::exp(-config.cost_decay * cost);
     let score = best.map_or(0.0, |(_, cell)| match config.choice {
         FrontierChoice::GainOverCost | FrontierChoice::RoomByRoom => worth(gain, config.most_gain),
-        // Tours are planned among all of them.
+        // Tours are planned among all frontiers.
         FrontierChoice::Nearest | FrontierChoice::ShortestTour => 1.0 / (1.0 + cost),
-        // A view all round is bounded by what is seen all round.
+        // The view all round has its own bound: what is visible all round.
         FrontierChoice::NextBestView => worth(view_gain(space, cell, config.sight), f64::INFINITY),
     });
     Some(Frontier {
@@ -273,9 +275,9 @@ fn clusters(survey: &Survey) -> Vec<Vec<usize>> {
     components(survey, frontier)
 }
 
-/// Pieces of a cluster, each as far along it as `longest` cells: what lies in the same band of
-/// steps from one of its ends, and is connected there. Of a ring, the piece around that end reaches
-/// as far to both sides.
+/// Cuts a cluster into pieces that span `longest` cells along it: cells in the same band of steps
+/// from one of its ends, and connected there. In a ring, the piece around that end reaches as far
+/// to both sides.
 fn cut(survey: &Survey, cells: Vec<usize>, longest: usize) -> Vec<Vec<usize>> {
     if cells.len() <= longest {
         return vec![cells];
@@ -302,7 +304,7 @@ fn components(survey: &Survey, mut cells: BTreeSet<usize>) -> Vec<Vec<usize>> {
     components
 }
 
-/// Takes out of `rest` what is connected with `seed`.
+/// Removes from `rest` what is connected with `seed`.
 fn spread_over(survey: &Survey, seed: usize, rest: &mut BTreeSet<usize>) -> Rings {
     rest.remove(&seed);
     spread(
@@ -357,8 +359,8 @@ impl Flood {
         }
     }
 
-    /// Floods from `seeds` `through` cells, showing each with its ring; seeds that it would go
-    /// through are ring 0. Ends beyond `depth` rings or when `visit` says false.
+    /// Floods from `seeds` through the cells that satisfy `through`, showing each with its ring;
+    /// seeds that satisfy it are ring 0. Ends beyond `depth` rings or when `visit` returns `false`.
     fn from(
         &mut self,
         survey: &Survey,

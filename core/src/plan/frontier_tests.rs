@@ -70,7 +70,7 @@ fn room_by_room_finishes_the_room_and_gain_over_cost_goes_through_the_door() {
     assert!(first_goal(FrontierChoice::RoomByRoom).x < 1.5);
 }
 
-/// A disc of floor that was seen from its middle, 2 m in radius.
+/// A disc of floor that was seen from its centre, 2 m in radius.
 fn disc() -> Grid {
     let mut grid = Grid::new(GridConfig::default()).unwrap();
     let points = scan_of((0..720).map(|beam_idx| {
@@ -105,7 +105,7 @@ fn a_border_all_round_is_cut_into_pieces_that_hold_all_of_it() {
     assert_eq!(whole.len(), 1);
     let pieces = found(1.0);
     assert_eq!(cells_of(&pieces), cells_of(&whole));
-    // Two arms of half the circumference, cut from one end on; a step may be a diagonal.
+    // Two arms of half the circumference each, cut from one end on; a step may be diagonal.
     assert!((8..=14).contains(&pieces.len()), "{}", pieces.len());
     for piece in &pieces {
         let apart = |a: &CellIndex, b: &CellIndex| (a.col - b.col).abs().max((a.row - b.row).abs());
@@ -117,8 +117,8 @@ fn a_border_all_round_is_cut_into_pieces_that_hold_all_of_it() {
     }
 }
 
-/// A floor of 2 m x 2 m, and beams that go on from it to the east, each a cell wide with two
-/// unknown cells between.
+/// A floor of 2 m x 2 m, with beams that extend east of it, each a cell wide with two unknown cells
+/// between them.
 #[test]
 fn far_beams_are_no_edge_of_the_floor() {
     let mut grid = Grid::new(GridConfig {

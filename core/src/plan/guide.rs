@@ -1,18 +1,18 @@
-//! A way over free discs, for trees that have drawn in vain: where to draw next, and from which
-//! vertex to grow.
+//! A way over free discs, for trees that have drawn points in vain: it tells where to draw next,
+//! and from which vertex to grow.
 //!
 //! In: a configuration space, a query. Out: discs of free floor from the start to the goal, each
-//! within sight of the one before, and random points in them, one disc after the other.
+//! within sight of the one before, and random points in them, one disc after another.
 //!
-//! 1. Places lie on a raster. From a place with much room the next ones lie as far away as the room
-//!    reaches, so that the leg there is free, on a raster as much coarser: few places in the open,
-//!    many at walls. Where the room reaches no neighbour, the leg is tested.
-//! 2. A* over these places, the rest of the way weighted, for any way will do. If there is none,
+//! 1. Places lie on a raster. The neighbours of a place with much room lie as far away as that room
+//!    reaches, on a correspondingly coarser raster, so that the leg to them is free: few places in
+//!    the open, many at walls. If the room does not reach any neighbour, the leg is tested.
+//! 2. A* over these places, with a weighted heuristic, because any way will do. If there is none,
 //!    again on finer rasters.
-//! 3. Places that can be passed over straight are dropped. What remains are the discs.
-//! 4. A tree draws a point in the next disc and grows there from its vertex in the last one. Where
-//!    that fails it goes back by one disc, and draws nearer to the middles: at last on the way
-//!    itself, which is free.
+//! 3. Places that can be bypassed in a straight line are dropped. What remains are the discs.
+//! 4. A tree draws a point in the next disc and grows there from its vertex in the last one. If
+//!    that fails it goes back by one disc, and draws nearer to the disc centres: in the end on the
+//!    way itself, which is free.
 //!
 //! Source: Brock & Kavraki (2001), "Decomposition-based motion planning"; Rickert, Sieverling &
 //! Brock (2014), "Balancing exploration and exploitation in sampling-based motion planning",
@@ -33,14 +33,14 @@ use crate::geom::{Length, Segment, sin_cos};
 
 /// Sides of the rasters, m.
 const SIDES: [f64; 3] = [0.1, 0.04, 0.015];
-/// More places than this are not looked at on one raster.
+/// Most places on one raster.
 const MOST_PLACES: usize = 300_000;
-/// Of the rest of the way: larger finds a longer way sooner.
+/// Weight of the heuristic: larger finds a longer way sooner.
 const WEIGHT: f64 = 2.0;
-/// Part of the room that a leg may take in any direction: over a grid the room may change by √2 a
-/// metre.
+/// Fraction of the room that a leg may use in any direction: over a grid the room may change by √2
+/// per metre.
 const REACH: f64 = 0.7;
-/// What points are drawn nearer to the middles after each failure.
+/// Factor by which points are drawn nearer to the disc centres after each failure.
 const CLOSER: f64 = 0.5;
 /// More room than this is of no use, m.
 const MOST_ROOM: f64 = 100.0;
@@ -52,16 +52,16 @@ struct Disc {
     radius: f64,
 }
 
-/// Where a tree that follows the discs has come to.
+/// How far a tree that follows the discs has come.
 #[derive(Clone, Debug)]
 pub(super) struct Guide {
     discs: Vec<Disc>,
-    /// The tree's vertex in each disc so far; the root is that in the first.
+    /// The tree's vertex in each disc so far; the root is the vertex in the first.
     vertices: Vec<usize>,
     spread: f64,
 }
 
-/// A leg that a tree should grow.
+/// A leg for a tree to grow.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guided {
     pub(super) from: usize,
@@ -69,13 +69,13 @@ pub(super) struct Guided {
 }
 
 impl Guide {
-    /// For a tree whose root, vertex 0, is the start; `None` where no raster has a way.
+    /// A guide for a tree whose root, vertex 0, is the start; `None` if no raster has a way.
     pub(super) fn new(space: &dyn ConfigSpace, query: &Query) -> Option<Self> {
         let way = |side: f64| Places::new(*query, side).way(space);
         let [coarse, finer @ ..] = SIDES;
         let discs = way(coarse).or_else(|| {
-            // Most often there is none at all, which the space proves sooner than finer rasters are
-            // searched.
+            // Most often there is no way at all, which the space proves faster than a search over
+            // finer rasters.
             let is_apart = space.are_apart(query.start, query.goal);
             finer.into_iter().filter(|_| !is_apart).find_map(way)
         })?;
@@ -97,7 +97,7 @@ impl Guide {
         })
     }
 
-    /// What came of it: the vertex at the point drawn, or none.
+    /// Takes the result: the vertex at the point drawn, or none.
     pub(super) fn take(&mut self, grown: Option<usize>) {
         if let Some(vertex) = grown {
             self.vertices.push(vertex);
@@ -115,7 +115,7 @@ impl Guide {
 struct Place {
     disc: Disc,
     at: (i32, i32),
-    /// From the start, m.
+    /// Length of the way from the start, m.
     way: f64,
     from: usize,
     is_done: bool,
@@ -128,7 +128,8 @@ struct Places {
     /// By column and row; `None` for those that are not free.
     numbers: BTreeMap<(i32, i32), Option<usize>>,
     places: Vec<Place>,
-    /// Way and weighted rest, as bits: those of numbers that are not negative are in order.
+    /// Sum of way and weighted remainder, as bits: the bits of non-negative numbers sort like the
+    /// numbers.
     open: BinaryHeap<Reverse<(u64, usize)>>,
 }
 
@@ -172,7 +173,7 @@ impl Places {
 
     /// Step 1.
     fn expand(&mut self, space: &dyn ConfigSpace, number: usize, place: Place) {
-        // Rounding to the coarser raster lengthens a step by half, and diagonal ones are longer
+        // Rounding to the coarser raster lengthens a step by half, and diagonal steps are longer
         // still.
         let reach = REACH * place.disc.radius / (1.5 * SQRT_2 * self.side);
         let is_inside = reach >= 1.0;
@@ -268,7 +269,7 @@ mod tests {
 
     const KEEP: f64 = 0.2;
 
-    /// Walls across a hall of 40 x 10 m, each with a gap at the other end from the last.
+    /// Walls across a hall of 40 x 10 m, each with its gap at the opposite end from the last.
     fn serpentine(gap: f64) -> (SegmentSpace, Query) {
         let wall =
             |x: f64, low: f64, high: f64| Segment::new(Point2::new(x, low), Point2::new(x, high));
@@ -291,7 +292,7 @@ mod tests {
         )
     }
 
-    /// Least distance of a point of the leg from a wall, at places 5 mm apart.
+    /// Least distance of the leg from a wall, sampled every 5 mm.
     fn least_distance(leg: &Segment, walls: &[Segment]) -> f64 {
         let pieces = (leg.length() / 0.005).ceil() as i32;
         let at = |i: i32| leg.a + leg.vector() * (f64::from(i) / f64::from(pieces.max(1)));

@@ -1,14 +1,14 @@
 //! Cells of equal side over a configuration space, for searches over cells.
 //!
 //! In: a configuration space and a query. Out: which cells are open, and which steps between
-//! neighbours are.
+//! neighbours are free.
 //!
-//! 1. A cell is open where its centre is free; the cells of start and goal stand for those points
-//!    and are open as they are.
+//! 1. A cell is open if its centre is free; the cells of start and goal stand for those points and
+//!    are always open.
 //! 2. Over a grid a step between open centres is free: the room is bilinear between them. Diagonal
 //!    steps need both cells beside them.
-//! 3. Over other spaces a step is free where both centres have three quarters of a cell's room;
-//!    else the leg is tested.
+//! 3. Over other spaces a step is free if both centres have three quarters of a cell's room;
+//!    otherwise the leg is tested.
 
 use nalgebra::{Point2, Vector2};
 
@@ -17,15 +17,15 @@ use super::path::way_to;
 use super::query::Query;
 use crate::geom::Segment;
 
-/// Side of a cell where the space has none of its own, m.
+/// Side of a cell if the space has no cells of its own, m.
 const SIDE: f64 = 0.05;
-/// More cells than this are not made: they become larger.
+/// Most cells; beyond that they become larger.
 const MOST_CELLS: f64 = 4e6;
 
 const CLOSED: u8 = 0;
-/// Open, but a step may not be.
+/// The cell is open, but a step may not be free.
 const TIGHT: u8 = 1;
-/// Open, with all steps to others of this kind.
+/// The cell is open, and all steps to others of this kind are free.
 const WIDE: u8 = 2;
 
 /// The eight neighbours, straight ones first.
@@ -43,12 +43,12 @@ pub struct Lattice {
     width: usize,
     kinds: Vec<u8>,
     offsets: [isize; 8],
-    /// Cells that stand for a point of their own.
+    /// Cells that stand for a point other than their centre.
     ends: Option<[(usize, Point2<f64>); 2]>,
 }
 
 impl Lattice {
-    /// Asks a space at the centres of cells all over its bounds.
+    /// Samples a space at the centres of cells all over its bounds.
     pub(super) fn over(space: &dyn ConfigSpace, query: &Query) -> Self {
         let (low, high) = space.bounds();
         let extent = high - low;
@@ -75,8 +75,8 @@ impl Lattice {
 
     /// A lattice of cells that are open or not, row by row, with all steps between neighbours free.
     ///
-    /// # Units    `low`: lower left corner of the first cell, `side`: of a cell, m. Cells that
-    /// `open` is too short for are closed.
+    /// # Units    `low`: lower left corner of the first cell, `side`: of a cell, m. Cells beyond
+    /// the end of `open` are closed.
     #[must_use]
     pub fn from_cells(low: Point2<f64>, side: f64, width: usize, open: &[bool]) -> Self {
         let width = width.max(1);
@@ -110,14 +110,14 @@ impl Lattice {
         self.ends = Some([(start, query.start), (goal, query.goal)]);
     }
 
-    /// The cells of start and goal; `None` where one lies outside, or both are the same: the
-    /// straight leg is for others to try.
+    /// The cells of start and goal; `None` if one lies outside, or both are the same: then the
+    /// straight leg has been tried elsewhere.
     pub(super) fn ends(&self, query: &Query) -> Option<(usize, usize)> {
         let ends = self.cell_at(query.start).zip(self.cell_at(query.goal));
         ends.filter(|(start, goal)| start != goal)
     }
 
-    /// Cells along x and along y, those at the border among them.
+    /// Cells along x and along y, including those at the border.
     pub(super) fn size(&self) -> (usize, usize) {
         (self.width, self.kinds.len() / self.width)
     }
@@ -127,7 +127,7 @@ impl Lattice {
         Point2::from(point - self.low)
     }
 
-    /// Closes all cells but those to keep, and start and goal.
+    /// Closes all cells except those to keep, start and goal.
     pub(super) fn close_but(&mut self, is_kept: impl Fn(usize) -> bool) {
         let ends = self.ends.map(|ends| ends.map(|(cell, _)| cell));
         for (cell, kind) in self.kinds.iter_mut().enumerate() {
@@ -167,7 +167,7 @@ impl Lattice {
         self.low + Vector2::new(f64::from(col) + 0.5, f64::from(row) + 0.5) * self.side
     }
 
-    /// The point that a cell stands for: its centre, but for start and goal.
+    /// The point that a cell stands for: its centre, except for start and goal.
     pub(super) fn point(&self, cell: usize) -> Point2<f64> {
         let own = self.ends.iter().flatten().find(|(end, _)| *end == cell);
         own.map_or_else(|| self.centre(cell), |(_, point)| *point)
@@ -179,8 +179,8 @@ impl Lattice {
         self.kinds[cell] != CLOSED
     }
 
-    /// Shows the open neighbours of an open cell to which a step is free: the cell, and whether the
-    /// step is diagonal.
+    /// Passes on the open neighbours of an open cell to which a step is free: the cell, and whether
+    /// the step is diagonal.
     #[inline]
     pub(super) fn each_step(
         &self,
@@ -213,12 +213,12 @@ impl Lattice {
     }
 }
 
-/// What a search over cells has come to: the cells that it expanded, and from which cell each was
+/// The state of a search over cells: the cells that it expanded, and from which cell each was
 /// reached.
 #[derive(Debug)]
 pub(super) struct Trail {
     pub(super) lattice: Lattice,
-    /// The cells of start and goal; `None` where there is nothing to search.
+    /// The cells of start and goal; `None` if there is nothing to search.
     pub(super) ends: Option<(usize, usize)>,
     pub(super) from: Vec<u32>,
     pub(super) expanded: Vec<u32>,

@@ -1,18 +1,18 @@
-//! Paths for a robot that is not round: through doors that the disc around it does not pass.
+//! Paths for a robot that is not round: through doors too narrow for the disc around it.
 //!
-//! In: walls, an outline, from where to where, the heading at the start unless any will do. Out:
+//! In: walls, an outline, start and goal, the heading at the start unless any will do. Out:
 //! straight legs, with turns on the spot between them, that the outline follows without touching a
 //! wall; or the typed reason.
 //!
 //! 1. A state is a place on a raster whose origin is the start, and one of 16 headings, those of
-//!    the raster's shortest steps. From a state the robot turns to any heading, the shorter way
-//!    round, and drives one step.
-//! 2. The disc within the outline rules places out, and the disc around it needs no further test;
-//!    between the two the outline itself is tested against the walls near ([`Footprint::turns`],
-//!    [`Footprint::drives`]).
-//! 3. A* over these states: metres, and for each radian as many as the configuration says, so that
-//!    the robot does not wriggle.
-//! 4. Corners that the outline can do without are dropped.
+//!    the raster's shortest steps. From a state the robot turns to any heading, in the shorter
+//!    direction, and drives one step.
+//! 2. Places where the disc within the outline does not fit are ruled out; places where the disc
+//!    around it fits need no further test. In between the outline itself is tested against the
+//!    walls nearby ([`Footprint::turns`], [`Footprint::drives`]).
+//! 3. A* over these states. The cost is in metres, and each radian counts as many as the
+//!    configuration says, so that the robot does not wriggle.
+//! 4. Corners that the outline does not need are dropped.
 //!
 //! Source: Latombe (1991), "Robot motion planning", chapter 9, for the search over places and
 //! headings.
@@ -37,9 +37,9 @@ use corners::drop_corners;
 pub use corners::follows;
 pub use on_grid::plan_outline_route;
 
-/// Side of the raster, m; larger is faster, and misses doors that leave less to spare.
+/// Side of the raster, m; larger is faster, but misses doors with less room to spare.
 const SIDE: f64 = 0.05;
-/// What a radian of turning counts, m; larger makes fewer turns and longer ways.
+/// Cost of a radian of turning, m; larger makes fewer turns and longer ways.
 const TURNING: f64 = 0.1;
 /// The 16 steps, in the order of their headings.
 #[rustfmt::skip]
@@ -49,14 +49,14 @@ const STEPS: [(i32, i32); 16] = [
     (-1, 0), (-2, -1), (-1, -1), (-1, -2),
     (0, -1), (1, -2), (1, -1), (2, -1),
 ];
-/// The goal is tried from places within so many cell sides of it.
+/// The goal is tried from places within this many cell sides of it.
 const NEAR: f64 = 3.0;
 
 /// A place on the raster.
 type At = (i32, i32);
 
-/// What is known of a place: where it is, its room beyond the disc within the outline, and the
-/// walls that the outline might touch.
+/// A known place: its position, its room beyond the disc within the outline, and the walls that the
+/// outline might touch.
 #[derive(Clone, Debug)]
 struct Place {
     point: Point2<f64>,
@@ -64,7 +64,7 @@ struct Place {
     near: Rc<[Segment]>,
 }
 
-/// A place that was come to with a heading.
+/// A place reached with a heading.
 #[derive(Clone, Copy, Debug)]
 struct State {
     at: At,
@@ -74,35 +74,34 @@ struct State {
     is_done: bool,
 }
 
-/// A search over places and headings that can be gone on with, always in the space that it was
-/// begun in.
+/// A resumable search over places and headings, always in the space in which it was begun.
 #[derive(Debug)]
 pub(super) struct OutlineSearch {
     outline: Footprint,
     query: Query,
-    /// At the start, rad; `None`: any.
+    /// Heading at the start, rad; `None`: any.
     heading: Option<f64>,
-    /// By how much the disc around is wider than the disc within, m.
+    /// Difference of radius between the disc around the outline and the disc within it, m.
     spare: f64,
-    /// `None` for places that are not free.
+    /// Places by raster index; `None` for those that are not free.
     places: BTreeMap<At, Option<Place>>,
-    /// By place and number of the step that led there.
+    /// State numbers, by place and number of the step that led there.
     numbers: BTreeMap<(At, usize), usize>,
     states: Vec<State>,
-    /// Way and rest, as bits: those of numbers that are not negative are in order.
+    /// Sum of way and remainder, as bits: the bits of non-negative numbers sort like the numbers.
     open: BinaryHeap<Reverse<(u64, usize)>>,
     iterations: usize,
     path: Option<Path>,
 }
 
 impl OutlineSearch {
-    /// Begins, from a heading in rad, or from whichever is best; at the goal it may have any.
+    /// Begins a search from a heading in rad, or from whichever is best; at the goal the robot may
+    /// have any heading.
     ///
-    /// `space` holds the walls and the bounds; its centre keeps what the disc within the outline
-    /// needs.
+    /// `space` holds the walls and the bounds, for the disc within the outline.
     ///
-    /// # Errors    [`NoPath::StartBlocked`] where the outline does not fit at the start,
-    /// [`NoPath::GoalBlocked`] where not even the disc within it fits at the goal.
+    /// # Errors    [`NoPath::StartBlocked`] if the outline does not fit at the start,
+    /// [`NoPath::GoalBlocked`] if not even the disc within it fits at the goal.
     pub(super) fn new(
         space: &dyn ConfigSpace,
         outline: Footprint,
@@ -146,7 +145,7 @@ impl OutlineSearch {
         })
     }
 
-    /// Expands one state; whether there is more to do.
+    /// Expands one state; returns whether there is more to do.
     fn expand_next(&mut self, space: &dyn ConfigSpace) -> bool {
         if self.path.is_some() {
             return false;
@@ -181,7 +180,7 @@ impl OutlineSearch {
             (room >= 0.0).then(|| Place {
                 point,
                 room,
-                // Around the disc nothing is near, whatever the step.
+                // No wall is near the disc around the outline, whatever the step.
                 near: match room >= self.spare + NEAR * SIDE {
                     true => Rc::from([]),
                     false => space.walls_near(point, reach).into(),
@@ -193,7 +192,7 @@ impl OutlineSearch {
 
     /// Whether the outline can turn and then drive a leg of at most [`NEAR`] sides.
     fn is_free(&self, heading: f64, place: &Place, leg: &Segment) -> bool {
-        // Around the disc nothing is near, all along the leg.
+        // No wall is near the disc around the outline, all along the leg.
         if place.room >= self.spare + leg.length() {
             return true;
         }
@@ -240,7 +239,7 @@ impl OutlineSearch {
         self.open.push(Reverse(((way + rest).to_bits(), number)));
     }
 
-    /// The corners of the way over a state to the goal.
+    /// The corners of the way to the goal over a state.
     fn path_to(&self, number: usize) -> Path {
         let before = |&at: &usize| Some(self.states[at].from).filter(|from| *from != at);
         let way = way_to(number, before).into_iter().skip(1);
@@ -251,7 +250,7 @@ impl OutlineSearch {
         Path { points }
     }
 
-    /// Where a place is that was found free.
+    /// The point of a place, if it was found free.
     fn point(&self, at: At) -> Option<Point2<f64>> {
         Some(self.places.get(&at)?.as_ref()?.point)
     }

@@ -1,4 +1,4 @@
-//! What planners hand on: a path of straight legs, or the reason why there is none.
+//! The result of planners: a path of straight legs, or the reason why there is none.
 
 use std::iter::successors;
 
@@ -29,15 +29,15 @@ impl Path {
     }
 }
 
-/// What leads to `last`, itself included, from the beginning on: each is asked for what was before
-/// it.
+/// The chain that leads to `last`, itself included, from its beginning: `before` gives the
+/// predecessor of each element.
 pub(super) fn way_to<T>(last: T, before: impl Fn(&T) -> Option<T>) -> Vec<T> {
     let mut way: Vec<T> = successors(Some(last), before).collect();
     way.reverse();
     way
 }
 
-/// Which planner looks for the path, or found it.
+/// Which planner searches for the path, or found it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Planner {
     /// The straight line was free.
@@ -46,28 +46,28 @@ pub enum Planner {
     Rrt,
     /// Two trees that grow towards each other (Kuffner & LaValle 2000).
     RrtConnect,
-    /// One tree that is wired again where that shortens it (Karaman & Frazzoli 2011).
+    /// One tree that is rewired where that shortens it (Karaman & Frazzoli 2011).
     RrtStar,
     /// The same, drawing only where the path can still be shortened (Gammell et al. 2014).
     InformedRrtStar,
-    /// Cells in eight directions, the shortest way over them (Hart et al. 1968).
+    /// The shortest way over cells in eight directions (Hart et al. 1968).
     AStar,
     /// Cells with legs in any direction (Nash et al. 2007).
     ThetaStar,
     /// Rooms and doors first, then Theta* within the rooms crossed (Thrun 1998).
     Rooms,
-    /// Tangents of the walls' ends: the shortest path there is.
+    /// Tangents of the walls' ends: the shortest possible path.
     Visibility,
-    /// Places and headings, for an outline that is no disc (Latombe 1991).
+    /// Places and headings, for an outline that is not a disc (Latombe 1991).
     Outline,
-    /// The cells of the grid, when the trees had spent their budget and the grid proved that there
-    /// is a way.
+    /// The cells of the grid, used when the trees had spent their budget but the grid proved that
+    /// there is a way.
     Wavefront,
 }
 
 impl Planner {
-    /// All planners, with the names used by settings and pages, and what a person calls them; first
-    /// those that can be chosen.
+    /// All planners, with their names in settings and pages, and their names for people; those that
+    /// can be chosen come first.
     pub const ALL: [(&'static str, Self, &'static str); 11] = [
         ("rrt-connect", Self::RrtConnect, "RRT-Connect"),
         ("rrt", Self::Rrt, "RRT"),
@@ -91,7 +91,7 @@ impl Planner {
         }
         names
     };
-    /// How many of them can be chosen to look for a path; the others find one in special cases.
+    /// How many of them can be chosen; the others find a path in special cases.
     pub const CHOOSABLE: usize = 7;
 
     /// The name.
@@ -100,7 +100,7 @@ impl Planner {
         self.words().0
     }
 
-    /// What a person calls it.
+    /// The name for people.
     #[must_use]
     pub fn title(self) -> &'static str {
         self.words().1
@@ -127,11 +127,11 @@ pub enum NoPath {
         .0.x, .0.y
     )]
     GoalBlocked(Point2<f64>),
-    /// Proved: no chain of cells, even of those that are only partly free, leads to this goal.
+    /// It is proved that no chain of cells, not even of partly free ones, leads to this goal.
     #[error("no way leads to ({:.2}, {:.2}) m: the map proves it is closed off", .0.x, .0.y)]
     Unreachable(Point2<f64>),
-    /// The planner has tried all it can, which is no proof: its cells may be too large for the gap
-    /// that leads there.
+    /// The planner has tried everything it can, which is no proof: its cells may be too large for
+    /// the gap that leads there.
     #[error("no path among the {iterations} places that the planner could try")]
     Exhausted {
         /// Iterations used.
@@ -140,10 +140,10 @@ pub enum NoPath {
     /// The planner cannot work in such a space.
     #[error("{} cannot plan in this space", .planner.title())]
     NotOffered {
-        /// Which one.
+        /// The planner.
         planner: Planner,
     },
-    /// Nothing found, nothing proved.
+    /// Nothing was found, and nothing was proved.
     #[error("no path found within {iterations} iterations")]
     BudgetSpent {
         /// Iterations used.

@@ -1,15 +1,17 @@
-//! Points that come one after another, found again by where they are.
+//! A spatial index of points that are added one by one.
 //!
-//! In: points, one by one. Out: the nearest one to a place, and all within a distance of it.
+//! In: points, one by one. Out: the point nearest to a place, and all points within a distance of
+//! it.
 //!
 //! A raster whose cells hold two points on average: when there are more, the cells are halved and
-//! all points registered again, which costs each point a constant on average. Points of a tree come
-//! evenly spread, which suits a raster; a k-d tree would have to be kept balanced while it grows.
+//! all points are registered again, at constant average cost per point. Points of a tree are evenly
+//! spread, which suits a raster; a k-d tree would have to be kept balanced while it grows.
 
 use nalgebra::Point2;
 
-/// Shows the cells of a raster of so many columns and rows that lie on a square ring of cells
-/// around one of them; row by row. Loops, for chained iterators made RRT take twice as long.
+/// Passes on the cells of a raster with this many columns and rows that lie on a square ring of
+/// cells around one of them; row by row. It uses loops, because chained iterators made RRT take
+/// twice as long.
 #[inline]
 pub(super) fn ring_around(
     (col, row): (i32, i32),
@@ -34,9 +36,9 @@ pub(super) fn ring_around(
 const NONE: u32 = u32::MAX;
 /// Cells along the longer side, at first.
 const FIRST_CELLS: f64 = 8.0;
-/// So many points are looked through faster than cells, most of which are empty.
+/// Up to this many points a linear search is faster than cells, most of which are empty.
 const FEW: usize = 64;
-/// More cells than this are not made.
+/// Most cells.
 const MOST_CELLS: usize = 1 << 22;
 
 /// An index of points; each is named by its number in the order of insertion.
@@ -48,13 +50,13 @@ pub(super) struct PointIndex {
     rows: i32,
     /// The last point of each cell.
     heads: Vec<u32>,
-    /// The point before it in the same cell.
+    /// The point before each one in the same cell.
     before: Vec<u32>,
     points: Vec<Point2<f64>>,
 }
 
 impl PointIndex {
-    /// Points outside of `bounds` are found more slowly.
+    /// An empty index; points outside `bounds` are found more slowly.
     pub(super) fn new(bounds: (Point2<f64>, Point2<f64>)) -> Self {
         let side = ((bounds.1 - bounds.0).max() / FIRST_CELLS).max(1e-3);
         let mut index = Self {
@@ -101,7 +103,7 @@ impl PointIndex {
         self.before[point] = std::mem::replace(head, point as u32);
     }
 
-    /// The cell of a point; the nearest one where it lies outside.
+    /// The cell of a point; the nearest one if it lies outside.
     fn cell_of(&self, point: Point2<f64>) -> (i32, i32) {
         let at = (point - self.bounds.0) / self.side;
         let cell = |at: f64, count: i32| (at.floor() as i32).clamp(0, count - 1);
@@ -117,7 +119,7 @@ impl PointIndex {
         }
     }
 
-    /// Shows all points within `radius` of `point`, and their squared distances.
+    /// Passes on all points within `radius` of `point`, and their squared distances.
     pub(super) fn within(
         &self,
         point: Point2<f64>,
@@ -138,7 +140,7 @@ impl PointIndex {
         }
     }
 
-    /// As [`PointIndex::nearest`], one by one.
+    /// As [`PointIndex::nearest`], by a linear search.
     fn nearest_of_few(&self, point: Point2<f64>) -> Option<(usize, f64)> {
         let mut best = (0, f64::INFINITY);
         for (number, other) in self.points.iter().enumerate() {
@@ -150,7 +152,7 @@ impl PointIndex {
         best.1.is_finite().then(|| (best.0, best.1.sqrt()))
     }
 
-    /// Number and distance of the nearest point, the oldest one of several; `None` while there is
+    /// Number and distance of the nearest point, of equal ones the oldest; `None` while there is
     /// none.
     pub(super) fn nearest(&self, point: Point2<f64>) -> Option<(usize, f64)> {
         if self.points.len() <= FEW {
@@ -159,7 +161,8 @@ impl PointIndex {
         let (col, row) = self.cell_of(point);
         let at = (point - self.bounds.0) / self.side;
         let to_border = |at: f64, cell: i32| (at - f64::from(cell)).min(f64::from(cell + 1) - at);
-        // Negative outside: whatever the rings so far do not hold lies at least this far away.
+        // Negative outside: every point that the rings so far do not contain lies at least this far
+        // away.
         let inside = to_border(at.x, col).min(to_border(at.y, row)).min(0.5);
         let mut best: Option<(usize, f64)> = None;
         for ring in 0..self.cols.max(self.rows) {

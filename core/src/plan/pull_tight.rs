@@ -1,20 +1,20 @@
 //! A path pulled tight, as a rubber band would be.
 //!
-//! In: a path, and the configuration space it was made for. Out: the path as short as it gets
-//! without leaving the gaps that it goes through, to a given accuracy.
+//! In: a path, and the configuration space it was made for. Out: the shortest path through the same
+//! gaps, to a given accuracy.
 //!
-//! 1. Corners over which the chord is free are dropped.
+//! 1. Corners that a free chord can bypass are dropped.
 //! 2. At every other corner the longest piece is cut off: two points on its legs, equally far from
-//!    it, between which the chord is free; how far is found by halving. What was one corner becomes
-//!    two flatter ones, that wind round the obstacle more closely.
+//!    it, between which the chord is free; how far is found by bisection. One corner becomes two
+//!    flatter ones, closer to the obstacle.
 //! 3. Again, until a round gains less than `GAIN` of the length.
 //!
-//! A chord is taken only if the triangle that it cuts off holds no obstacle, as chords ever nearer
-//! to the corner tell: so the path passes every obstacle on the side on which it did. This is
+//! A chord is taken only if the triangle that it cuts off holds no obstacle, tested by chords ever
+//! nearer to the corner: so the path passes every obstacle on the same side as before. This is
 //! local: other gaps are for planners to try.
 //!
-//! Legs of the path itself count as free, whatever the space says: a start too near to a wall must
-//! be left somehow.
+//! Legs of the path itself count as free, whatever the space says, because a robot must be able to
+//! leave a start too near to a wall.
 
 use nalgebra::Point2;
 
@@ -22,15 +22,15 @@ use super::cspace::ConfigSpace;
 use super::path::Path;
 use crate::geom::{Length, Segment};
 
-/// Rounds of cutting; each halves what corners are away from the obstacle, or better.
+/// Most rounds of cutting; each at least halves the distance of corners from the obstacle.
 const ROUNDS: usize = 40;
-/// A round that gains less than this part of the length is the last.
+/// A round that gains less than this fraction of the length is the last.
 const GAIN: f64 = 2e-5;
-/// A corner is not cut where that gains less than this, m.
+/// A corner is not cut if that gains less than this, m.
 const LEAST_CUT: f64 = 1e-6;
-/// Halvings of a cut.
+/// Bisection steps for a cut.
 const HALVINGS: usize = 6;
-/// Chords between a corner and a cut that must be free too.
+/// Number of chords between a corner and a cut that must be free too.
 const CHORDS: usize = 3;
 
 /// The path pulled tight; never longer.
@@ -97,7 +97,7 @@ fn cut_corners(points: &[Point2<f64>], space: &dyn ConfigSpace) -> Vec<Point2<f6
     cut
 }
 
-/// Where to cut a corner off; `None` where that gains nothing.
+/// Where to cut a corner off; `None` if that gains nothing.
 fn longest_cut(
     space: &dyn ConfigSpace,
     before: Point2<f64>,

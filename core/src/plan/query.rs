@@ -1,11 +1,11 @@
-//! What every planner is asked, and how far it has come.
+//! The question that every planner gets, and the state of its search.
 
 use nalgebra::Point2;
 
 use super::cspace::ConfigSpace;
 use super::path::NoPath;
 
-/// From where to where, map frame, m.
+/// Start and goal, map frame, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Query {
     /// Where the robot's centre is.
@@ -29,16 +29,16 @@ impl Query {
     }
 }
 
-/// How far a search has come.
+/// The state of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Progress {
     /// No path yet; more steps may find one.
     Searching,
     /// There is a path; more steps may make it shorter.
     Improving,
-    /// There is a path, and this planner makes it no shorter.
+    /// There is a path, and this planner cannot make it shorter.
     Finished,
-    /// There is none, or this planner cannot find it.
+    /// There is no path, or this planner cannot find one.
     Failed(NoPath),
 }
 

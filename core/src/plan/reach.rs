@@ -1,23 +1,23 @@
-//! Whether any path may lead from one place to another, or the proof that none does.
+//! Whether any path may lead from one place to another, or the proof that none can.
 //!
-//! In: a [`GridSpace`], start and goal, both free. Out: `false` where there is no path, which is a
-//! proof; `true` where there may be one.
+//! In: a [`GridSpace`], start and goal, both free. Out: `false` if there is no path, which is a
+//! proof; `true` if there may be one.
 //!
-//! Between the centres of four neighbouring cells the room is bilinear. So the places with room
-//! hang together as these centres do, with no need to look between them:
+//! Between the centres of four neighbouring cells the room is bilinear. So the places with room are
+//! connected exactly as these centres are, without sampling between them:
 //!
 //! 1. From centre to centre along a row or a column the room is linear: two neighbours with room
 //!    are joined.
 //! 2. Two centres with room across a square, the two others without, are joined if there is room at
-//!    the saddle between them: where a d ≥ b c.
-//! 3. From any place a way on which the room never shrinks leads to one of the four centres around
-//!    it: along the row to the side of greater room, then along that side to its better end.
+//!    the saddle between them: if a d ≥ b c.
+//! 3. From any place a way on which the room never shrinks leads to one of the four surrounding
+//!    centres: along the row to the side with more room, then along that side to its better end.
 //!
-//! A tree may all the same slip through where [`super::ConfigSpace::free_length`] steps over a spot
+//! A tree may nevertheless slip through where [`super::ConfigSpace::free_length`] steps over a spot
 //! that is millimetres too narrow.
 //!
-//! Where the robot keeps out of the unknown as well, the room is the lesser of two such fields and
-//! the rules do not hold. There all cells are flooded of which any part may be free, which proves
+//! If the robot keeps out of unknown cells as well, the room is the lesser of two such fields and
+//! the rules do not hold. Then all cells are flooded of which any part may be free, which proves
 //! less.
 //!
 //! Source: Nielson & Hamann (1991), "The asymptotic decider: resolving the ambiguity in marching
@@ -34,7 +34,7 @@ pub(super) fn may_reach(space: &GridSpace, start: Point2<f64>, goal: Point2<f64>
         return false;
     };
     if space.has_barred_cells() {
-        // The room changes by at most √2 a metre, and no point is farther than √½ cells from its
+        // The room changes by at most √2 per metre, and no point is farther than √½ cells from its
         // cell's centre.
         let flood = Flood::new(space, space.resolution());
         return flood.joins(at_start, at_goal, |_| true);
@@ -44,12 +44,12 @@ pub(super) fn may_reach(space: &GridSpace, start: Point2<f64>, goal: Point2<f64>
     flood.joins(from, to, |[a, b, c, d]| a * d >= b * c)
 }
 
-/// The cells of a space, those with room enough open.
+/// The cells of a space; those with enough room are open.
 struct Flood<'a> {
     space: &'a GridSpace,
     width: usize,
     height: usize,
-    /// Lack of room that still counts as room, m.
+    /// Lack of room up to which a cell still counts as open, m.
     slack: f64,
 }
 
@@ -67,9 +67,9 @@ impl<'a> Flood<'a> {
         self.space.room_of(cell) + self.slack
     }
 
-    /// Whether the flood from one cell arrives at another. Two open cells across a square between
-    /// two that are not are neighbours if `crosses` says so of the room at a, b, c, d, the first
-    /// and the last being open.
+    /// Whether the flood from one cell arrives at another. Two open cells diagonal in a square
+    /// whose other two cells are closed are neighbours if `crosses` says so of the room at a, b, c,
+    /// d; the open ones are a and d.
     fn joins(&self, from: usize, to: usize, crosses: impl Fn([f64; 4]) -> bool) -> bool {
         let mut seen = vec![false; self.width * self.height];
         let mut todo = vec![from];
@@ -96,7 +96,7 @@ impl<'a> Flood<'a> {
         false
     }
 
-    /// Rule 3: the centre to which a way leads on which the room never shrinks.
+    /// Rule 3: the centre to which a way with non-decreasing room leads.
     fn best_centre(&self, point: Point2<f64>) -> usize {
         let rect = self.space.rect();
         let place = |at: f64, low: i32, count: usize| {
@@ -111,7 +111,7 @@ impl<'a> Flood<'a> {
         let ends = |col: usize| [low, high].map(|row| row * self.width + col);
         let beside = |col: usize| {
             let [below, above] = ends(col).map(|cell| self.room(cell));
-            // Without a wall the room is infinite everywhere, and any centre will do.
+            // Without walls the room is infinite everywhere, and any centre will do.
             (1.0 - part) * below + part * above
         };
         let [below, above] = ends(if beside(right) > beside(left) {

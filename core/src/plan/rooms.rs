@@ -1,16 +1,16 @@
-//! Rooms first: a way over doors, then Theta* within the rooms that it crosses.
+//! Rooms first: a way through doors, then Theta* within the rooms that it crosses.
 //!
-//! In: a [`Lattice`] over a configuration space and a query, cell by cell. Out: a path, or that
-//! there is none over the cells; and whether the rooms helped.
+//! In: a [`Lattice`] over a configuration space and a query, cell by cell. Out: a path, or the
+//! result that there is none over the cells; and whether the rooms helped.
 //!
-//! 1. The topology of the open cells ([`Topology`]): what the robot's centre can be in, parted at
-//!    what is narrow for it.
-//! 2. The shortest way over doors from the room of the start to that of the goal (Dijkstra),
-//!    straight from door to door: a lower bound, for within a room the way may have to go round
-//!    something.
-//! 3. Theta* over the cells of the rooms crossed alone: on a long way that is a small part of a
+//! 1. The topology of the open cells ([`Topology`]): where the robot's centre can be, divided at
+//!    places that are narrow for it.
+//! 2. The shortest way through doors from the room of the start to that of the goal (Dijkstra),
+//!    with straight lines from door to door: a lower bound, because within a room the way may have
+//!    to go round something.
+//! 3. Theta* over the cells of the crossed rooms only: on a long way that is a small part of a
 //!    building.
-//! 4. Where the graph has no way, or that part of the cells has none, Theta* takes all cells, and
+//! 4. If the graph has no way, or the cells of those rooms have none, Theta* takes all cells, and
 //!    [`NoRooms`] says why.
 //!
 //! Source: Thrun (1998), "Learning metric-topological maps for indoor mobile robot navigation",
@@ -28,7 +28,7 @@ use super::theta_star::ThetaStar;
 use crate::geom::{Length, Segment};
 use crate::map::{CellRect, CellState, Topology, TopologyConfig};
 
-/// Why a search over rooms took all cells.
+/// Why a search over rooms had to take all cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NoRooms {
@@ -38,10 +38,10 @@ pub enum NoRooms {
     /// The goal is in no room.
     #[error("the goal lies in no room")]
     Goal,
-    /// No doors lead from the one room to the other.
+    /// No doors lead from one room to the other.
     #[error("no doors lead from the room of the start to that of the goal")]
     Apart,
-    /// There was no way over the cells of the rooms crossed.
+    /// There is no way over the cells of the crossed rooms.
     #[error("the rooms crossed hold no way for the robot")]
     Blocked,
 }
@@ -51,13 +51,13 @@ pub enum NoRooms {
 pub(super) struct RoomSearch {
     query: Query,
     search: ThetaStar,
-    /// All cells; `None` when they are being searched.
+    /// All cells; `None` while they are being searched.
     whole: Option<Lattice>,
     fallback: Option<NoRooms>,
 }
 
 impl RoomSearch {
-    /// Finds the rooms, and begins in those that the way over doors crosses.
+    /// Finds the rooms, and begins in those that the way through doors crosses.
     pub(super) fn new(lattice: Lattice, query: Query) -> Self {
         let (part, whole, fallback) = match rooms_crossed(&lattice, &query) {
             Ok(is_crossed) => {
@@ -113,7 +113,7 @@ impl Planning for RoomSearch {
     }
 }
 
-/// Steps 1 and 2: of each cell of the lattice whether it lies in a room that is crossed.
+/// Steps 1 and 2: for each cell of the lattice, whether it lies in a crossed room.
 fn rooms_crossed(lattice: &Lattice, query: &Query) -> Result<Vec<bool>, NoRooms> {
     let (width, height) = lattice.size();
     let state = |cell| match lattice.is_open(cell) {
@@ -122,7 +122,7 @@ fn rooms_crossed(lattice: &Lattice, query: &Query) -> Result<Vec<bool>, NoRooms>
     };
     let states: Vec<CellState> = (0..lattice.len()).map(state).collect();
     let rect = CellRect::of_size(width, height);
-    // What is open is wide enough, however narrow.
+    // Every open cell counts as wide enough, however narrow the floor.
     let config = TopologyConfig {
         narrowest_door: 0.0,
         ..TopologyConfig::default()
@@ -144,9 +144,10 @@ fn rooms_crossed(lattice: &Lattice, query: &Query) -> Result<Vec<bool>, NoRooms>
     Ok(regions.iter().map(is_crossed).collect())
 }
 
-/// The regions that the shortest way from door to door crosses; `None` where no doors lead there.
+/// The regions that the shortest way from door to door crosses; `None` if no doors lead to the
+/// goal.
 ///
-/// # Units    `ends`: start and goal in the frame of the topology, m, `regions`: where they lie.
+/// # Units    `ends`: start and goal in the frame of the topology, m, `regions`: their regions.
 fn way_over_doors(
     topology: &Topology,
     [start, goal]: [usize; 2],
@@ -201,7 +202,7 @@ fn way_over_doors(
     Some(crossed.chain([start]).collect())
 }
 
-/// How a door is come through.
+/// How a door is reached.
 #[derive(Clone, Copy)]
 struct Step {
     /// Length of the way to it, m.
@@ -225,8 +226,8 @@ mod tests {
     use super::*;
     use crate::plan::{Planner, RrtConfig, Sampler, Search, SegmentSpace};
 
-    /// Four rooms in a ring: doors between neighbours, the wall between the first and the last has
-    /// none.
+    /// Four rooms in a ring: doors between neighbours, except in the wall between the first and the
+    /// last.
     fn rooms(open: [bool; 4]) -> Vec<Segment> {
         let wall = |x0: f64, y0: f64, x1: f64, y1: f64| {
             Segment::new(Point2::new(x0, y0), Point2::new(x1, y1))
@@ -237,7 +238,7 @@ mod tests {
             wall(8.0, 8.0, 0.0, 8.0),
             wall(0.0, 8.0, 0.0, 0.0),
         ];
-        // From the middle to the east, north, west, south.
+        // From the centre to the east, north, west, south.
         let ways = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)];
         for ((x, y), open) in ways.into_iter().zip(open) {
             let at = |along: f64| (4.0 + x * along, 4.0 + y * along);

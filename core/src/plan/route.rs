@@ -1,19 +1,20 @@
-//! From "go there" to a path of straight legs, with everything a planner may have to say.
+//! From a goal to a path of straight legs, with everything that a planner may report.
 //!
 //! In: the grid, start, goal, the robot's radius, a seeded generator. Out: a [`Route`], or the
 //! typed reason.
 //!
-//! 1. The distance to walls is wished wide and accepted narrow: the margins are tried in order, so
-//!    that a robot keeps to the middle of a hall and still passes a tight door.
-//! 2. A wavefront from the start tells what can be reached. A goal too near to a wall moves to the
-//!    nearest place that can; where no continuous path leads, that is a proof ([`may_reach`]).
-//! 3. The straight line if it is free; else the configured planner; trees draw their points where
-//!    the wavefront arrived.
-//! 4. A planner that spent its budget although the wavefront arrived hands over to the wavefront's
-//!    own path, and the route says so ([`Planner::Wavefront`]).
-//! 5. Shortening as configured: over the path's chords, once over its corners, once over points set
-//!    densely between them; and pulled tight.
-//! 6. Rounding, where it is asked for: arcs may cut corners by half of the margin.
+//! 1. A wide distance to walls is preferred, and a narrow one accepted: the margins are tried in
+//!    order, so a robot keeps to the middle of a hall and still passes a tight door.
+//! 2. A wavefront from the start shows what can be reached. A goal too near to a wall is moved to
+//!    the nearest reachable place; if no continuous path leads there, that is a proof
+//!    ([`may_reach`]).
+//! 3. The straight line if it is free; otherwise the configured planner; trees draw their points
+//!    from the cells that the wavefront reached.
+//! 4. If a planner spent its budget although the wavefront arrived, the wavefront's own path is
+//!    taken, and the route says so ([`Planner::Wavefront`]).
+//! 5. Shortening as configured: Dijkstra over the path's chords, first between its corners, then
+//!    between points set densely on it; and pulling tight.
+//! 6. Rounding, if it is asked for: arcs may use up half of the margin at corners.
 
 use nalgebra::Point2;
 use rand::Rng;
@@ -33,7 +34,7 @@ use crate::bounds::config;
 use crate::geom::Segment;
 use crate::map::Grid;
 
-/// How far a robot too near to a wall looks for a free place, m, beyond the distance it keeps.
+/// How far beyond its distance to keep a robot too near to a wall searches for a free place, m.
 pub(crate) const ESCAPE_REACH: f64 = 0.3;
 
 config! {
@@ -64,7 +65,7 @@ config! {
 }
 
 impl RouteConfig {
-    /// The last margin to be tried, m: what a robot keeps at least.
+    /// The last margin to be tried, m: the least that a robot keeps.
     #[must_use]
     pub fn narrowest(&self) -> f64 {
         self.margins.last().copied().unwrap_or(0.0)
@@ -85,14 +86,14 @@ pub enum Shortening {
 }
 
 impl Shortening {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All variants, with their names in settings and their names for people.
     pub const ALL: [(&'static str, Self, &'static str); 3] = [
         ("none", Self::Nothing, "none"),
         ("chords", Self::Chords, "chords (TDK 2016)"),
         ("tight", Self::Tight, "pulled tight"),
     ];
 
-    /// The path made shorter.
+    /// The path, shortened.
     #[must_use]
     pub fn apply(self, path: &Path, space: &dyn ConfigSpace) -> Path {
         if self == Self::Nothing {
@@ -112,20 +113,20 @@ impl Shortening {
 pub struct Route {
     /// Straight legs from where the robot stands.
     pub path: Path,
-    /// The same with its corners rounded; empty where that was not asked for.
+    /// The same path with its corners rounded; empty if that was not asked for.
     pub pieces: Vec<Piece>,
     /// The path before shortening.
     pub raw: Path,
-    /// Legs of the trees.
+    /// Edges of the trees.
     pub tree: Vec<Segment>,
-    /// Who found it.
+    /// The planner that found it.
     pub by: Planner,
     /// Distance kept between the robot's disc and walls, m.
     pub margin: f64,
 }
 
 impl Route {
-    /// What of the margin must hold along the way, also where corners were cut by rounding, m.
+    /// The part of the margin that must hold along the way, including corners cut by rounding, m.
     #[must_use]
     pub fn least_margin(&self) -> f64 {
         LEAST_PART * self.margin
@@ -137,7 +138,7 @@ impl Route {
 pub struct RouteFailure {
     /// The reason.
     pub reason: NoPath,
-    /// Legs of the trees.
+    /// Edges of the trees.
     pub tree: Vec<Segment>,
 }
 
@@ -148,7 +149,7 @@ impl From<NoPath> for RouteFailure {
     }
 }
 
-/// Part of the margin that rounding leaves.
+/// Fraction of the margin that rounding leaves.
 const LEAST_PART: f64 = 0.5;
 
 /// Plans from `start` to `goal` for a robot of the given radius.
@@ -196,8 +197,8 @@ fn plan_in(
     let wave = Wavefront::new(space, free_start);
     let (aim, cell) = aim_at(space, &wave, free_start, goal, config.goal_reach)?;
     if cell.is_none() && !is_last {
-        // Neither a way over cells nor a proof that there is none: a tree had better try where
-        // walls are thinnest.
+        // There is neither a way over cells nor a proof that there is none. A tree has a better
+        // chance at the margin where walls are thinnest.
         return Err(NoPath::BudgetSpent { iterations: 0 }.into());
     }
     let query = Query {
@@ -232,12 +233,12 @@ fn plan_in(
     })
 }
 
-/// Keeps the graph of chords small however long the path is.
+/// Point spacing that keeps the graph of chords small however long the path is.
 fn spacing_for(path: &Path) -> f64 {
     (path.length() / 60.0).max(0.15)
 }
 
-/// Where to go, and the cell of it that the wavefront reached.
+/// The place to go to, and its cell, which the wavefront reached.
 fn aim_at(
     space: &GridSpace,
     wave: &Wavefront,
@@ -265,8 +266,8 @@ fn aim_at(
     }
 }
 
-/// What the configured planner finds; trees draw from the cells that the wavefront reached. `None`
-/// where it is not offered here.
+/// The result of the configured planner; trees draw from the cells that the wavefront reached.
+/// `None` if the planner is not offered here.
 fn find(
     space: &GridSpace,
     wave: &Wavefront,
@@ -287,7 +288,7 @@ fn find(
     };
     let mut search = Search::new(config.planner, space, query, config.rrt, sampler).ok()?;
     let budget = match config.planner {
-        // They end by themselves, when all cells are expanded.
+        // They end by themselves, once all cells are expanded.
         Planner::AStar | Planner::ThetaStar | Planner::Rooms => usize::MAX,
         _ => config.rrt.max_iterations,
     };
@@ -295,13 +296,13 @@ fn find(
     Some(search)
 }
 
-/// Puts the true ends on a path over cell centres.
+/// Replaces the ends of a path over cell centres by the true ends.
 fn join_ends(path: &mut Path, space: &GridSpace, start: Point2<f64>, goal: Point2<f64>) {
     if path.points.first().is_some_and(|first| *first != start) {
         path.points.insert(0, start);
     }
-    // Within one cell; where a corner of wall is between, the centre of the cell is near enough for
-    // a goal.
+    // Within one cell; if a wall corner is in between, the centre of the cell is near enough to the
+    // goal.
     let is_open = |last: &Point2<f64>| space.leg_is_free(&Segment::new(*last, goal));
     if path
         .points

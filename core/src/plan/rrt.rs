@@ -1,7 +1,7 @@
 //! Rapidly exploring random tree, one tree as in the paper.
 //!
 //! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a
-//! path or none yet, and the tree to be drawn.
+//! path, or none yet, and the tree for display.
 //!
 //! An iteration (TDK 2016 §5.2):
 //! 1. Draw a random point; with probability `goal_bias` take the goal instead.
@@ -9,8 +9,8 @@
 //! 3. Extend towards the drawn point to the last collision-free one.
 //! 4. When the goal is reached, the branch to it is the path.
 //!
-//! Ours: after some thousand points in vain every second one is drawn along a way over free discs
-//! ([`super::guide`]).
+//! Ours: after some thousand unsuccessful points, every second one is drawn along a way over free
+//! discs ([`super::guide`]).
 
 use rand::{Rng, RngExt};
 
@@ -57,7 +57,7 @@ pub(super) struct Rrt {
 }
 
 impl Rrt {
-    /// A tree of the start alone; both ends of the query must be free.
+    /// A tree of only the start; both ends of the query must be free.
     pub(super) fn new(
         space: &dyn ConfigSpace,
         query: Query,
@@ -74,7 +74,7 @@ impl Rrt {
         }
     }
 
-    /// Grows along the guide instead, every second time; `false` where there is nothing to follow.
+    /// Grows along the guide instead, every second time; `false` if there is nothing to follow.
     fn follow_guide(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) -> bool {
         self.is_guided = !self.is_guided;
         let guided = self.is_guided.then(|| self.draws.guided(rng)).flatten();
@@ -97,7 +97,7 @@ impl Rrt {
 }
 
 impl Planning for Rrt {
-    /// Steps 1 to 4, once.
+    /// Does steps 1 to 4 once.
     fn iterate(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) -> bool {
         let goal = self.query.goal;
         if self.follow_guide(space, rng) {

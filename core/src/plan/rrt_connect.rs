@@ -1,17 +1,17 @@
 //! Two trees that grow towards each other.
 //!
 //! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a
-//! path or none yet, and the trees to be drawn.
+//! path, or none yet, and the trees for display.
 //!
 //! An iteration:
 //! 1. One tree grows a step towards a random point, from the vertex nearest to it; the first time,
 //!    towards the other root.
-//! 2. The other tree grows towards what grew, as many steps as are free. Where it arrives, the
-//!    branches make the path.
-//! 3. The trees change places.
+//! 2. The other tree grows towards the new vertex, as many steps as are free. If it arrives, the
+//!    two branches form the path.
+//! 3. The trees swap roles.
 //!
-//! It needs far fewer iterations than one tree where the last metres lead through a door.
-//! After some thousand points in vain the tree from the start follows a way over free discs
+//! It needs far fewer iterations than one tree when the last metres lead through a door. After some
+//! thousand unsuccessful points the tree from the start follows a way over free discs
 //! ([`super::guide`]); that is ours.
 //!
 //! Source: Kuffner & LaValle (2000), "RRT-Connect: an efficient approach to single-query path
@@ -44,7 +44,7 @@ pub(super) struct RrtConnect {
 }
 
 impl RrtConnect {
-    /// Two roots; both ends of the query must be free.
+    /// Two trees of only a root; both ends of the query must be free.
     pub(super) fn new(
         space: &dyn ConfigSpace,
         query: Query,
@@ -93,7 +93,7 @@ impl RrtConnect {
 }
 
 impl Planning for RrtConnect {
-    /// Steps 1 to 3, once.
+    /// Does steps 1 to 3 once.
     fn iterate(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) -> bool {
         let step = self.config.range;
         if let Some(grown) = self.grow(space, rng) {

@@ -1,23 +1,24 @@
-//! RRT* and Informed RRT*: one tree that is wired again wherever that makes a branch shorter.
+//! RRT* and Informed RRT*: one tree that is rewired wherever that makes a branch shorter.
 //!
 //! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a
-//! path that gets shorter with every step, towards the shortest one there is, and the tree.
+//! path that keeps getting shorter and converges to the shortest possible, and the tree.
 //!
 //! Before there is a path, two trees grow as in RRT-Connect; their path, shortened, is the first
 //! branch (unless `is_seeded` is false). Then, an iteration:
 //! 1. Draw a point. Once there is a path of length c, Informed RRT* draws from the ellipse of all
-//!    points over which a way of at most c can lead; its foci are start and goal. Points over which
-//!    none can lead are dropped.
-//! 2. Extend from the nearest vertex towards the point, at most `range` far; drop it where that leg
-//!    is blocked.
-//! 3. The parent of the new vertex is the vertex near it over which it is nearest to the start.
-//! 4. Vertices near it that are nearer to the start over the new one get it as parent; what hangs
-//!    on them moves with them.
+//!    points over which a way of length at most c can lead; its foci are start and goal. Points
+//!    over which no such way can lead are dropped.
+//! 2. Extend from the nearest vertex towards the point, by at most `range`; drop it if that leg is
+//!    blocked.
+//! 3. The parent of the new vertex is the nearby vertex that gives it the shortest way from the
+//!    start.
+//! 4. Nearby vertices with a shorter way from the start over the new vertex get it as their parent;
+//!    their descendants move with them.
 //! 5. The goal, a vertex of its own, is tried from every new vertex that could shorten the way to
 //!    it.
 //!
-//! "Near" is a radius that shrinks with √(ln n / n) over n vertices, the least for which the path
-//! converges to the shortest.
+//! "Nearby" means within a radius that shrinks with √(ln n / n) over n vertices, the least for
+//! which the path converges to the shortest.
 //!
 //! Source: Karaman & Frazzoli (2011), "Sampling-based algorithms for optimal motion planning",
 //! algorithm 6; Gammell, Srinivasa & Barfoot (2014), "Informed RRT*", eq. (3) to (8) in two
@@ -41,10 +42,10 @@ use super::shorten::shorten;
 use super::tree::MIN_GROWTH;
 use crate::geom::{Length, Segment, sin_cos};
 
-/// Gains less than this are rounding, m.
+/// Smaller gains are rounding, m.
 const LEAST_GAIN: f64 = 1e-9;
-/// Draws before an iteration is given up, of points outside of the bounds or over which no shorter
-/// way can lead.
+/// Most draws in an iteration, if points lie outside the bounds or no shorter way can lead over
+/// them.
 const DRAWS: usize = 16;
 
 /// A tree from the start that keeps getting shorter.
@@ -57,16 +58,16 @@ pub(super) struct RrtStar {
     bounds: (Point2<f64>, Point2<f64>),
     index: PointIndex,
     branches: Branches,
-    /// Where the path to the goal comes from, and its length.
+    /// The vertex from which the goal is reached, and the length of the path.
     goal: Option<(usize, f64)>,
-    /// What finds the first path.
+    /// The search that finds the first path.
     scout: Option<Box<RrtConnect>>,
-    /// Vertices near the new one: the way to it over each, m, and the distance.
+    /// Nearby vertices of the new one: the way to it over each, m, and the distance.
     near: Vec<(f64, f64, usize)>,
 }
 
 impl RrtStar {
-    /// A tree of the start alone; both ends of the query must be free. `is_informed` makes it
+    /// A tree of only the start; both ends of the query must be free. `is_informed` makes it
     /// Informed RRT*.
     pub(super) fn new(
         space: &dyn ConfigSpace,
@@ -95,7 +96,7 @@ impl RrtStar {
         star
     }
 
-    /// Steps 1 to 5, once.
+    /// Does steps 1 to 5 once.
     fn grow(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) {
         if let Some(mut scout) = self.scout.take() {
             scout.iterate(space, rng);
@@ -132,7 +133,7 @@ impl RrtStar {
         self.try_goal(space, vertex);
     }
 
-    /// Makes a branch of a free path from the start to the goal.
+    /// Makes a free path from the start to the goal a branch of the tree.
     fn plant(&mut self, space: &dyn ConfigSpace, path: &Path) {
         let mut vertex = 0;
         for leg in path.legs().take(path.points.len().saturating_sub(2)) {
@@ -143,15 +144,15 @@ impl RrtStar {
         self.try_goal(space, vertex);
     }
 
-    /// Length of the path, m; infinite while there is none. As short as the tree knows: rewiring
-    /// shortens it too.
+    /// Length of the path, m; infinite while there is none. Computed from the tree as it is,
+    /// because rewiring shortens the path too.
     fn length(&self) -> f64 {
         self.goal.map_or(f64::INFINITY, |(vertex, last)| {
             self.branches.way_to(vertex) + last
         })
     }
 
-    /// Whatever is added or thrown away, no way over `point` is shorter.
+    /// Whatever is added or rewired, no way over `point` is shorter.
     fn least_way_over(&self, point: Point2<f64>) -> f64 {
         (point - self.query.start).length() + (self.query.goal - point).length()
     }
@@ -161,7 +162,7 @@ impl RrtStar {
         let foci = self.query.goal - self.query.start;
         let (major, least) = (0.5 * longest, foci.length());
         let minor = 0.5 * (longest * longest - least * least).max(0.0).sqrt();
-        // Where the ellipse is larger than what is drawn from else, dropping points is cheaper.
+        // If the ellipse is larger than the area otherwise drawn from, dropping points is cheaper.
         if !self.is_informed || !longest.is_finite() || PI * major * minor > self.sampler.area() {
             return self.sampler.draw(rng);
         }
@@ -184,7 +185,7 @@ impl RrtStar {
         self.sampler.draw(rng)
     }
 
-    /// Step 2: the new point, and the vertex that it was reached from.
+    /// Step 2: the new point, and the vertex from which it was reached.
     fn extend(&self, space: &dyn ConfigSpace, drawn: Point2<f64>) -> Option<(Point2<f64>, usize)> {
         let (nearest, distance) = self.index.nearest(drawn)?;
         let from = self.index.points()[nearest];
@@ -228,7 +229,7 @@ impl RrtStar {
                 break;
             }
             if distance == 0.0 {
-                // There already.
+                // The vertex exists already.
                 return None;
             }
             if space.leg_is_free(&Segment::new(points[vertex], point)) {
@@ -244,7 +245,7 @@ impl RrtStar {
         for &(over, distance, near) in &self.near {
             let through = way + distance;
             let is_shorter = through + LEAST_GAIN < over - distance;
-            // What rewiring has shortened meanwhile is asked again.
+            // The test is repeated, because rewiring may have shortened ways meanwhile.
             if is_shorter
                 && through + LEAST_GAIN < self.branches.way_to(near)
                 && space.leg_is_free(&Segment::new(points[vertex], points[near]))
@@ -296,7 +297,7 @@ impl Planning for RrtStar {
     fn edge_count(&self) -> usize {
         match &self.scout {
             Some(scout) => scout.edge_count(),
-            // All hang on another but for the root.
+            // Every vertex except the root has an edge to its parent.
             None => self.index.points().len().saturating_sub(1),
         }
     }

@@ -1,4 +1,4 @@
-//! Where trees draw their points from.
+//! The areas from which trees draw their points.
 
 use nalgebra::Point2;
 use rand::{Rng, RngExt};
@@ -8,23 +8,23 @@ use super::guide::{Guide, Guided};
 use super::query::Query;
 use super::squares::squares_within_reach;
 
-/// Points that a tree draws from anywhere before it is worth knowing where it can go at all, which
-/// takes as long as drawing some thousands.
+/// Number of points that a tree draws from anywhere before it is worth computing where it can go at
+/// all, which takes as long as drawing some thousands.
 const PATIENCE: usize = 2000;
-/// Squares that are looked at then.
+/// Number of squares that are then examined.
 const SQUARES: f64 = 1e5;
 
 /// A source of random points.
 #[derive(Clone, Debug)]
 pub enum Sampler {
-    /// Anywhere in a rectangle, evenly: the paper's (TDK 2016 §5.2).
+    /// Anywhere in a rectangle, uniformly, as in TDK 2016 §5.2.
     Anywhere {
         /// Lower left corner.
         low: Point2<f64>,
         /// Upper right corner.
         high: Point2<f64>,
     },
-    /// Anywhere in some squares, evenly: who knows where the free space is needs fewer points.
+    /// Anywhere in some squares, uniformly: fewer points are needed if the free space is known.
     Squares {
         /// Their centres, at least one.
         centres: Vec<Point2<f64>>,
@@ -68,7 +68,7 @@ impl Sampler {
     }
 }
 
-/// What a tree draws from, in vain or not.
+/// The sampler of a tree, with what helps it after many unsuccessful points.
 #[derive(Clone, Debug)]
 pub(super) struct Draws {
     sampler: Sampler,
@@ -85,10 +85,10 @@ impl Draws {
         }
     }
 
-    /// Draws a point. After [`PATIENCE`] of them from anywhere in vain a way over free discs is
-    /// looked for, to guide the tree from the start; where none is found, of the bounds only what
-    /// can be reached at all is drawn from. Behind walls, and outside of the building, points are
-    /// wasted; and a strip of centimetres is found the sooner the less there is beside it.
+    /// Draws a point. After [`PATIENCE`] unsuccessful points from anywhere, a way over free discs
+    /// is searched for, to guide the tree from the start; if none is found, points are only drawn
+    /// from what can be reached at all. Points behind walls or outside the building are wasted, and
+    /// a strip of a few centimetres is found the sooner the smaller the area drawn from.
     pub(super) fn draw(
         &mut self,
         space: &dyn ConfigSpace,
@@ -106,12 +106,12 @@ impl Draws {
         self.sampler.draw(rng)
     }
 
-    /// Where the tree from the start should grow next; `None` while it draws from anywhere.
+    /// The next leg for the tree from the start; `None` while it draws from anywhere.
     pub(super) fn guided(&self, rng: &mut dyn Rng) -> Option<Guided> {
         self.guide.as_ref()?.draw(rng)
     }
 
-    /// What came of it: the vertex at the guide's point, or none.
+    /// Takes the result: the vertex at the guide's point, or none.
     pub(super) fn take(&mut self, grown: Option<usize>) {
         if let Some(guide) = &mut self.guide {
             guide.take(grown);

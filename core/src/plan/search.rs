@@ -1,16 +1,16 @@
-//! One way to ask all planners.
+//! A common interface to all planners.
 //!
 //! In: a planner, a configuration space, a query, and iterations to spend, in as many steps as the
-//! caller likes. Out: how far it has come, the best path so far, and what was tried, at any time;
-//! at the end a path, or the typed reason.
+//! caller likes. Out: at any time the state of the search, the best path so far, and the edges
+//! tried; at the end a path, or the typed reason.
 //!
 //! 1. Start and goal must be free.
 //! 2. The straight line is tried first, for all planners alike.
-//! 3. Then the planner iterates: a point drawn by the trees, a cell expanded by searches over
-//!    cells, a leg of the visibility graph.
+//! 3. Then the planner iterates: trees draw a point, searches over cells expand a cell, the
+//!    visibility graph examines a leg.
 //!
-//! The caller may stop between two steps: a search holds nothing but its own memory, and borrows
-//! the space for a step.
+//! The caller may stop between two steps: a search holds only its own memory, and borrows the space
+//! for each step.
 
 use std::fmt;
 
@@ -31,9 +31,9 @@ use super::theta_star::ThetaStar;
 use super::visibility::Visibility;
 use crate::geom::{Footprint, Segment};
 
-/// One planner at work on one query, always in the space that it was begun in.
+/// One planner at work on one query, always in the space in which it was begun.
 pub(super) trait Planning: fmt::Debug {
-    /// Goes on by one iteration; whether there is more to do.
+    /// Does one iteration; returns whether there is more to do.
     fn iterate(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) -> bool;
 
     /// Whether there is a path.
@@ -42,7 +42,7 @@ pub(super) trait Planning: fmt::Debug {
     /// The best path so far.
     fn path(&self) -> Option<Path>;
 
-    /// What was tried, to be drawn.
+    /// The edges tried, for display.
     fn edges(&self) -> Vec<Segment>;
 
     /// How many [`Self::edges`] there are.
@@ -54,24 +54,23 @@ pub(super) trait Planning: fmt::Debug {
     }
 }
 
-/// A search that can be gone on with.
+/// A search that can be continued.
 #[derive(Debug)]
 pub struct Search {
     query: Query,
     planner: Planner,
-    /// `None` where only the straight line is tried.
+    /// `None` if only the straight line is tried.
     planning: Option<Box<dyn Planning>>,
     iterations: usize,
     progress: Progress,
 }
 
 impl Search {
-    /// Begins; draws points from what `sampler` makes, where the planner draws any.
+    /// Begins a search; planners that draw points take them from what `sampler` makes.
     ///
-    /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`]; [`NoPath::NotOffered`] where
-    /// the planner cannot work in this space: [`Planner::Visibility`] needs walls,
-    /// [`Planner::Outline`] an outline ([`Search::for_outline`]), and [`Planner::Wavefront`] is for
-    /// routes alone.
+    /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`]; [`NoPath::NotOffered`] if the
+    /// planner cannot work in this space: [`Planner::Visibility`] needs walls, [`Planner::Outline`]
+    /// an outline ([`Search::for_outline`]), and [`Planner::Wavefront`] is for routes only.
     pub fn new(
         planner: Planner,
         space: &dyn ConfigSpace,
@@ -115,8 +114,8 @@ impl Search {
         ))
     }
 
-    /// Begins for an outline, from a heading in rad or from any; the space keeps what the disc
-    /// within the outline needs.
+    /// Begins a search for an outline, from a heading in rad or from any; the space keeps the
+    /// distance that the disc within the outline needs.
     ///
     /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`].
     pub fn for_outline(
@@ -150,8 +149,8 @@ impl Search {
         }
     }
 
-    /// Goes on for at most `budget` iterations, in the space it was begun in; sooner back when it
-    /// is over, and, but for planners that improve their path, when there is one.
+    /// Continues for at most `budget` iterations, in the space in which it was begun. It returns
+    /// sooner when it is over, and, for planners that do not improve their path, when there is one.
     pub fn step(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng, budget: usize) -> Progress {
         for _ in 0..budget {
             let Some(planning) = &mut self.planning else {
@@ -166,7 +165,7 @@ impl Search {
                 (true, false) => Progress::Searching,
                 (true, true) => Progress::Improving,
                 (false, true) => Progress::Finished,
-                // If there is any path there is a taut one.
+                // If there is any path, there is a taut one.
                 (false, false) if self.planner == Planner::Visibility => {
                     Progress::Failed(NoPath::Unreachable(self.query.goal))
                 }
@@ -187,26 +186,26 @@ impl Search {
         }
     }
 
-    /// What was tried: legs of trees, steps over cells, legs of the visibility graph.
+    /// The edges tried: of trees, steps over cells, or legs of the visibility graph.
     #[must_use]
     pub fn tree(&self) -> Vec<Segment> {
         self.planning.as_ref().map_or(vec![], |p| p.edges())
     }
 
-    /// How many legs [`Self::tree`] has.
+    /// How many edges [`Self::tree`] has.
     #[must_use]
     pub fn tried(&self) -> usize {
         self.planning.as_ref().map_or(0, |p| p.edge_count())
     }
 
-    /// How far it has come.
+    /// The state of the search.
     #[must_use]
     pub fn progress(&self) -> Progress {
         self.progress
     }
 
-    /// Why [`Planner::Rooms`] took all cells instead of those of the rooms crossed; `None` where it
-    /// did not, and of all others.
+    /// Why [`Planner::Rooms`] took all cells instead of those of the crossed rooms; `None` if it
+    /// did not, and for all other planners.
     #[must_use]
     pub fn fallback(&self) -> Option<NoRooms> {
         self.planning.as_ref()?.fallback()
@@ -218,7 +217,7 @@ impl Search {
         self.iterations
     }
 
-    /// The planner that was asked for, or [`Planner::Straight`] where nothing is in the way.
+    /// The planner that was asked for, or [`Planner::Straight`] if the straight line is free.
     #[must_use]
     pub fn planner(&self) -> Planner {
         self.planner

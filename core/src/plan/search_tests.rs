@@ -1,4 +1,4 @@
-//! All planners on the same small floors, held against closed forms, floods and each other.
+//! All planners on the same small floors, compared with closed forms, floods and each other.
 
 use nalgebra::Point2;
 use proptest::prelude::*;
@@ -48,7 +48,7 @@ fn ask(planner: Planner, space: &SegmentSpace, query: Query, iterations: usize) 
     Answer { path, iterations }
 }
 
-/// Least distance of points 2 mm apart from the walls: knows nothing of rasters, capsules and
+/// Least distance from the walls of points 2 mm apart, computed without rasters, capsules and
 /// tangents.
 fn nearest(path: &Path, walls: &[Segment]) -> f64 {
     let mut least = f64::INFINITY;
@@ -62,7 +62,7 @@ fn nearest(path: &Path, walls: &[Segment]) -> f64 {
     least
 }
 
-/// Flood over squares of 1 cm whose middles are `keep` away from walls.
+/// Flood over squares of 1 cm whose centres are `keep` away from walls.
 fn floods(walls: &[Segment], keep: f64) -> bool {
     const SIDE: f64 = 0.01;
     let (cols, rows) = (400_i32, 300_i32);
@@ -90,7 +90,7 @@ fn floods(walls: &[Segment], keep: f64) -> bool {
     false
 }
 
-/// Walls anyhow, and walls from side to side with a gap.
+/// Random walls, and walls from side to side with a gap.
 fn walls() -> impl Strategy<Value = Vec<Segment>> {
     let anyhow = proptest::array::uniform4(0.0..1.0_f64).prop_map(|w| {
         let at = |x: f64, y: f64| Point2::new(4.0 * x, 3.0 * y);
@@ -127,7 +127,7 @@ fn tip() -> (Vec<Segment>, Query, f64) {
 fn every_planner_comes_as_near_to_the_closed_form_as_it_can() {
     let (walls, query, shortest) = tip();
     let space = space_of(&walls);
-    // Octile paths are longer by up to 8 %, first paths of trees by anything.
+    // Octile paths are longer by up to 8 %, first paths of trees by any amount.
     let most = [9.0, 9.0, 1.01, 1.01, 1.09, 1.02, 1.0003];
     for (planner, most) in CONTESTANTS.into_iter().zip(most) {
         let answer = ask(planner, &space, query, 20_000);
@@ -200,7 +200,7 @@ proptest! {
                 let now = size.min(left);
                 often.step(&space, &mut rng, now);
                 left -= now;
-                // Anytime: never longer than it was.
+                // Anytime: the path never gets longer.
                 let path = often.path().map_or(f64::INFINITY, |path| path.length());
                 prop_assert!(path <= length + 1e-9);
                 length = path;

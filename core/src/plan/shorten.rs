@@ -3,10 +3,10 @@
 //! In: a path, and the configuration space it was made for. Out: the shortest path over the same
 //! points.
 //!
-//! All collision-free chords between points of the path are a graph weighted with length;
-//! Dijkstra's algorithm finds the shortest way from the first to the last (TDK 2016 §5.3). Chords
-//! are tested only when they could shorten something. Dijkstra here is the dense form without a
-//! heap: the graph is complete but for the walls.
+//! All collision-free chords between points of the path form a graph weighted by length; Dijkstra's
+//! algorithm finds the shortest way from the first point to the last (TDK 2016 §5.3). Chords are
+//! tested only when they could shorten something. This is the dense form of Dijkstra's algorithm,
+//! without a heap: apart from chords blocked by walls the graph is complete.
 
 use nalgebra::Point2;
 
@@ -15,7 +15,7 @@ use super::path::{Path, way_to};
 use crate::geom::Segment;
 
 /// The shortest path over the points of `path`. Legs of `path` itself count as free, whatever the
-/// space says: a start too near to a wall must be left somehow.
+/// space says, because a robot must be able to leave a start too near to a wall.
 #[must_use]
 pub fn shorten(path: &Path, space: &dyn ConfigSpace) -> Path {
     let points = &path.points;
@@ -51,8 +51,8 @@ pub fn shorten(path: &Path, space: &dyn ConfigSpace) -> Path {
     Path { points }
 }
 
-/// The same path with points at most `spacing` metres apart: more chords for [`shorten`] to choose
-/// from.
+/// The same path with points at most `spacing` metres apart: which gives [`shorten`] more chords to
+/// choose from.
 #[must_use]
 pub fn densify(path: &Path, spacing: f64) -> Path {
     let mut points: Vec<Point2<f64>> = path.points.first().copied().into_iter().collect();

@@ -1,16 +1,17 @@
-//! A path with rounded corners, for driving without stopping at each.
+//! A path with rounded corners, for driving without stopping at them.
 //!
-//! In: a path of straight legs, the space that the rounding must stay free in. Out: straight pieces
+//! In: a path of straight legs, the space in which the rounding must be free. Out: straight pieces
 //! and arcs that join without a kink; a corner that cannot be rounded stays a turn on the spot.
 //!
-//! 1. At a corner that turns by τ an arc of radius ρ takes ρ tan(|τ|/2) from either leg: at most
-//!    half of a leg, all of the first and of the last.
-//! 2. The largest free radius is found by halving. Arcs cut corners, and a taut path has its
-//!    corners at obstacles: the space here is that of a narrower margin than the one the path was
-//!    planned with.
+//! 1. At a corner that turns by τ an arc of radius ρ takes ρ tan(|τ|/2) from each of its legs: at
+//!    most half of a leg, but all of the first and the last.
+//! 2. The largest free radius is found by bisection. Arcs cut corners, and a taut path has its
+//!    corners at obstacles, so the space here has a narrower margin than the one in which the path
+//!    was planned.
 //! 3. No arc is tighter than [`LEAST_RADIUS`]: the curvature is at most its inverse.
 //!
-//! An arc is free if the polygon through it and the one around it are, with corners [`STEP`] apart.
+//! An arc is free if both the inscribed and the circumscribed polygon are, with corners [`STEP`]
+//! apart.
 
 use nalgebra::{Point2, Vector2};
 
@@ -18,37 +19,37 @@ use super::cspace::ConfigSpace;
 use super::path::Path;
 use crate::geom::{Length, Segment, sin_cos, wrap};
 
-/// Angle between the points at which arcs are tested, rad.
+/// Angle between the points by which arcs are tested, rad.
 const STEP: f64 = 0.1;
-/// Halvings of the radius.
+/// Bisection steps for the radius.
 const HALVINGS: usize = 12;
 
-/// Arcs are not tighter, m.
+/// Least radius of an arc, m.
 const LEAST_RADIUS: f64 = 0.1;
-/// Arcs are not wider, m: wider ones take longer legs and are hardly faster.
+/// Greatest radius of an arc, m: wider ones take more of the legs and are hardly faster.
 const MOST_RADIUS: f64 = 1.0;
 
 /// A piece of a smooth path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Piece {
-    /// Straight on.
+    /// A straight line.
     Line(Segment),
-    /// Along an arc.
+    /// An arc.
     Arc {
         /// Where it begins.
         start: Point2<f64>,
         /// Heading there, rad.
         heading: f64,
-        /// m.
+        /// Radius, m.
         radius: f64,
         /// How far the heading turns, rad; positive to the left.
         turn: f64,
     },
-    /// On the spot.
+    /// A turn on the spot.
     Turn {
         /// Where.
         at: Point2<f64>,
-        /// rad; positive to the left.
+        /// Angle, rad; positive to the left.
         turn: f64,
     },
 }
@@ -64,7 +65,7 @@ impl Piece {
         }
     }
 
-    /// The point at this part of the piece, from 0 to 1.
+    /// The point at this fraction of the piece, from 0 to 1.
     #[must_use]
     pub fn point(&self, part: f64) -> Point2<f64> {
         match *self {
@@ -119,7 +120,7 @@ pub fn smooth(path: &Path, space: &dyn ConfigSpace) -> Vec<Piece> {
 }
 
 fn push_line(pieces: &mut Vec<Piece>, from: Point2<f64>, to: Point2<f64>) {
-    // What rounding leaves of a leg that two arcs share is no leg.
+    // If two arcs use up the whole leg between them, there is no straight piece.
     if (to - from).length() > 1e-9 {
         pieces.push(Piece::Line(Segment::new(from, to)));
     }
@@ -140,11 +141,11 @@ impl Corner {
         }
     }
 
-    /// The widest free arc that takes at most `most` metres of either leg; `None` where even the
+    /// The widest free arc that takes at most `most` metres of each leg; `None` if even the
     /// tightest is not free.
     fn rounded(&self, space: &dyn ConfigSpace, most: f64) -> Option<Piece> {
         let (sin, cos) = sin_cos(0.5 * self.turn.abs());
-        // Turning back: no arc.
+        // Turning back: there is no arc.
         if cos < 1e-6 || self.turn == 0.0 {
             return None;
         }
@@ -195,7 +196,7 @@ fn is_free(space: &dyn ConfigSpace, arc: &Piece) -> bool {
     let (sin, cos) = sin_cos(heading);
     let centre = start + Vector2::new(-sin, cos) * (radius * turn.signum());
     let pieces = (turn.abs() / STEP).ceil().max(1.0);
-    // Corners around the arc lie on a wider one, half a step on.
+    // The corners around the arc lie on a wider arc, half a step farther on.
     let wider = radius / libm::cos(0.5 * turn / pieces) - radius;
     let sag = radius - libm::cos(0.5 * turn / pieces) * radius;
     let through: Vec<_> = (0..=pieces as usize)

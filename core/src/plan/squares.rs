@@ -3,11 +3,11 @@
 //! In: a configuration space, one or two places. Out: the proof that no path joins them, or the
 //! squares that one of them reaches.
 //!
-//! 1. A square is open of which any part may be free, as the room changes by no more than the way:
-//!    by half a diagonal at most.
-//! 2. Squares that touch, even at a corner, hang together if both are open.
-//! 3. Two places are flooded from by turns: where either flood has nowhere to go before they meet,
-//!    no path joins them, and whoever is walled in is soon found out.
+//! 1. A square is open if any part of it may be free. The room changes by no more than the distance
+//!    moved, so within a square by half a diagonal at most.
+//! 2. Squares that touch, even at a corner, are connected if both are open.
+//! 3. The floods from two places take turns: if either of them has nowhere to go before they meet,
+//!    no path joins the places, and a place that is walled in is soon found out.
 
 use std::collections::VecDeque;
 
@@ -16,7 +16,7 @@ use nalgebra::{Point2, Vector2};
 use super::cspace::ConfigSpace;
 use crate::map::cells_around;
 
-/// More squares than this are not laid out: they become larger, and prove less.
+/// Most squares; beyond that they become larger, and prove less.
 const MOST_SQUARES: f64 = 1.6e7;
 
 /// Whether floods over squares of the given side prove that no path joins two places. `false`
@@ -43,8 +43,8 @@ pub(super) fn floods_apart(
     }
 }
 
-/// The middles of the squares that such a flood from a place arrives at, and their side, m: nothing
-/// outside of them can be reached. At most `most` squares are laid over the bounds.
+/// The centres of the squares that such a flood from a place reaches, and their side, m: nothing
+/// outside them can be reached. At most `most` squares are laid over the bounds.
 pub(super) fn squares_within_reach(
     space: &dyn ConfigSpace,
     from: Point2<f64>,
@@ -60,18 +60,18 @@ pub(super) fn squares_within_reach(
     (middles, squares.side)
 }
 
-/// Seen by one flood or the other, and what neither has seen.
+/// Marks of squares: seen by one flood, by the other, or by neither.
 const A: u8 = 1;
 const B: u8 = 2;
 const UNSEEN: u8 = 0;
 
-/// Squares that a flood has still to spread from.
+/// Squares from which a flood has still to spread.
 struct Flood {
     mark: u8,
     todo: VecDeque<usize>,
 }
 
-/// What came of spreading from one square.
+/// The result of spreading from one square.
 #[derive(PartialEq)]
 enum Spread {
     Goes,
@@ -112,7 +112,8 @@ impl Squares {
         place(at.y, self.rows) * self.cols + place(at.x, self.cols)
     }
 
-    /// Only the last square of a row may stick out; its middle is then taken to the border.
+    /// Centre of a square. Only the last square of a row may stick out; its centre is then moved to
+    /// the border.
     fn middle(&self, square: usize) -> Point2<f64> {
         let at = |place: usize| (place as f64 + 0.5) * self.side;
         let middle = self.low + Vector2::new(at(square % self.cols), at(square / self.cols));
@@ -201,7 +202,7 @@ mod tests {
         let space = boxed(0.0);
         let (middles, side) = squares_within_reach(&space, Point2::new(5.5, 5.5), 160_000.0);
         assert!((side - 0.05).abs() < 1e-12);
-        // 0.8 x 0.8 m of room, and a square more on either side.
+        // 0.8 x 0.8 m of room, and one more square on each side.
         let area = middles.len() as f64 * side * side;
         assert!((0.64..0.95 * 0.95).contains(&area), "{area}");
         assert!(

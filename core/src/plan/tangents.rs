@@ -1,12 +1,12 @@
-//! Corners that a taut path winds round, and the tangents between them.
+//! Corners round which a taut path winds, and the tangents between them.
 //!
-//! In: ends of walls as circles, whole or in part blocked by other walls. Out: tangents from circle
+//! In: ends of walls as circles, free or partly blocked by other walls. Out: tangents from circle
 //! to circle, and which arcs are free.
 //!
-//! With the left normal n of a leg's direction u, a circle that is wound counter-clockwise lies at
-//! +R n from where the leg touches it, one wound clockwise at -R n. So for signed radii σ and
-//! centres c: c₂ - c₁ = L u + (σ₂ - σ₁) n, and one formula gives all four tangents, and those to
-//! points with σ = 0.
+//! With the left normal n of a leg's direction u, the centre of a circle that is wound
+//! counter-clockwise lies at +R n from the point of tangency, of one wound clockwise at -R n. So
+//! for signed radii σ and centres c: c₂ - c₁ = L u + (σ₂ - σ₁) n, and one formula gives all four
+//! tangents, and those to points with σ = 0.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -14,7 +14,7 @@ use nalgebra::{Point2, Vector2};
 
 use crate::geom::{Length, Segment, sin_cos};
 
-/// A circle that is wound one way.
+/// A circle and the direction in which the path winds round it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Wound {
     pub(super) centre: Point2<f64>,
@@ -32,7 +32,7 @@ pub(super) struct Tangent {
 }
 
 impl Tangent {
-    /// From one circle to another; `None` where one holds the other.
+    /// The tangent from one circle to another; `None` if one contains the other.
     pub(super) fn between(from: &Wound, to: &Wound) -> Option<Self> {
         let between = to.centre - from.centre;
         let (squared, turn) = (between.norm_squared(), to.radius - from.radius);
@@ -60,11 +60,11 @@ impl Wound {
     pub(super) fn turn(&self, from: f64, to: f64) -> f64 {
         let turn = (to - from) * self.radius.signum();
         let turn = turn - TAU * (turn / TAU).floor();
-        // Rounding: a tangent that goes straight on does not turn once round.
+        // Rounding: a tangent that goes straight on must not count as a full turn.
         if turn > TAU - 1e-9 { 0.0 } else { turn }
     }
 
-    /// Where on the circle a leg of the given heading touches it, as an angle in [0, 2π).
+    /// The point where a leg of the given heading touches the circle, as an angle in [0, 2π).
     pub(super) fn angle_at(&self, heading: f64) -> f64 {
         let angle = heading - FRAC_PI_2 * self.radius.signum();
         angle - TAU * (angle / TAU).floor()
@@ -121,7 +121,7 @@ impl Blocked {
         Self(arcs)
     }
 
-    /// Whether nothing of the circle is free.
+    /// Whether no part of the circle is free.
     pub(super) fn is_all(&self) -> bool {
         self.0 == [(0.0, TAU)]
     }
@@ -160,7 +160,7 @@ fn crossings(centre: Point2<f64>, radius: f64, keep: f64, wall: &Segment, angles
     }
 }
 
-/// Angles whose unit vectors have this component along a unit vector.
+/// Angles whose unit vectors have this component along the normal.
 fn on_line(normal: Vector2<f64>, component: f64, angles: &mut Vec<f64>) {
     if component.abs() > 1.0 {
         return;
@@ -186,7 +186,7 @@ mod tests {
             let gap = (to.centre - from.centre).length() - (r - s).abs();
             let tangent = Tangent::between(&from, &to);
             prop_assert_eq!(tangent.is_some(), gap > 0.0);
-            // Circles that nearly touch from within leave a leg without direction.
+            // Circles that nearly touch internally leave a leg without direction.
             prop_assume!(gap > 1e-6);
             let Tangent { leg, length, heading } = tangent.unwrap();
             prop_assert!((leg.length() - length).abs() < 1e-9);
@@ -221,7 +221,7 @@ mod tests {
                 let room = walls.iter().map(|w| w.distance(at) - keep).fold(f64::INFINITY, f64::min);
                 room.min((at - bounds.0).min()).min((bounds.1 - at).min())
             }).fold(f64::INFINITY, f64::min);
-            // Within what a step may miss, sampling decides nothing.
+            // Within the resolution of the samples, sampling decides nothing.
             prop_assume!(deepest.abs() > 1e-3);
             prop_assert_eq!(blocked.is_free(from, turn, sign), deepest > 0.0);
         }

@@ -1,4 +1,4 @@
-//! Planning on random floors, held against brute force.
+//! Planning on random floors, compared with brute force.
 
 use nalgebra::Point2;
 use proptest::prelude::*;
@@ -17,7 +17,7 @@ const RESOLUTION: f64 = 0.05;
 const RADIUS: f64 = 0.11;
 
 /// A floor 3 m square with the given boxes (column, row, width, height) in it, walled all round,
-/// drawn by beams: the last ones that a cell gets decide what it is.
+/// drawn by beams: the last beams of a cell decide its state.
 fn floor(boxes: &[(i32, i32, i32, i32)]) -> Grid {
     let mut grid = Grid::new(GridConfig {
         hit: 0.98,
@@ -56,7 +56,7 @@ fn walls_of(grid: &Grid) -> Vec<Point2<f64>> {
         .collect()
 }
 
-/// Distance of the nearest wall cell from densely sampled points of the path: knows nothing of
+/// Distance from the nearest wall cell of densely sampled points of the path, computed without
 /// distance transforms.
 fn nearest_wall(path: &Path, walls: &[Point2<f64>]) -> f64 {
     let mut nearest = f64::INFINITY;
@@ -159,7 +159,7 @@ proptest! {
         let margin = 0.03;
         let config = RouteConfig { margins: vec![margin], planner, shortening, goal_reach: 0.0, ..RouteConfig::default() };
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        // Half a cell: walls may be anywhere in their cells.
+        // Half a cell, because walls may be anywhere in their cells.
         let keep = RADIUS + margin + 0.5 * RESOLUTION;
         let goal_is_free = walls.iter().all(|w| (w - GOAL).length() >= keep);
         let start_is_free = walls.iter().all(|w| (w - START).length() >= keep);
@@ -188,7 +188,7 @@ proptest! {
         let space = GridSpace::new(&floor(&boxes), whole(), keep, Unknown::Free);
         prop_assume!(space.is_free(START) && space.is_free(GOAL));
         let fine = RESOLUTION / 10.0;
-        // The room changes by at most √2 a metre: by this much from a place to the nearest of the
+        // The room changes by at most √2 per metre: by this much from a place to the nearest of the
         // fine centres.
         let found = may_reach(&space, START, GOAL);
         prop_assert!(found || !floods_finely(&space, 0.5 * fine * std::f64::consts::SQRT_2), "a false proof");
@@ -205,7 +205,7 @@ proptest! {
         let config = RrtConfig { max_iterations: 800, ..RrtConfig::default() };
         let mut search = Search::new(Planner::Rrt, &space, query, config, || Sampler::anywhere(&space)).unwrap();
         search.step(&space, &mut rng, 800);
-        // The march may step over half a step, on which the room shrinks by √2 a metre.
+        // The march may step over half a step, on which the room shrinks by √2 per metre.
         let slack = space.step() * std::f64::consts::FRAC_1_SQRT_2;
         let reachable = may_reach(&space.with_keep(RADIUS - slack), START, GOAL);
         prop_assert!(search.path().is_none() || reachable, "the proof of no path is wrong");
@@ -222,8 +222,8 @@ proptest! {
         prop_assume!(space.is_free(START));
         let wave = Wavefront::new(&space, START);
         for cell in wave.reached() {
-            // Every way is free, and as long as the cost says or shorter: walls make cost, never
-            // length.
+            // Every way is free, and its length is at most its cost: walls increase the cost, never
+            // the length.
             let path = wave.path_to(&space, cell).unwrap();
             prop_assert!(path.legs().all(|leg| space.leg_is_free(&leg)));
             prop_assert!(path.length() <= wave.cost(cell).unwrap() * 1.02 + 1e-9);
@@ -237,7 +237,7 @@ proptest! {
 #[test]
 fn a_gap_that_opens_between_the_centres_of_cells_is_no_proof() {
     // Two blocks, corner to corner, five cells apart across and up: halfway between the corners
-    // lies a saddle, no centre.
+    // lies a saddle and no cell centre.
     let grid = floor(&[(1, 30, 20, 29), (25, 1, 34, 25)]);
     let space = |keep| GridSpace::new(&grid, whole(), keep, Unknown::Free);
     // Centres around the saddle are √13 and √8 cells from the corners, the saddle lies in the
@@ -312,7 +312,7 @@ fn a_robot_in_a_pocket_that_walls_have_closed_gets_out() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let route = plan_route(&grid, here, goal, RADIUS, &config, &mut rng).unwrap();
     assert!(nearest_wall(&route.path, &walls_of(&grid)) > RADIUS);
-    // Where nothing leads out, the pocket is all there is.
+    // If nothing leads out, the pocket is all there is.
     let shut = floor(&[
         (24, 1, 11, 25),
         (24, 33, 11, 26),
@@ -360,7 +360,7 @@ fn a_robot_too_near_to_a_wall_gets_out_and_an_enclosed_one_says_so() {
     );
 }
 
-/// A frontier to be looked at from a place.
+/// A frontier with its goal at `x`, at this cost of the way.
 fn frontier(x: f64, cost: f64) -> Frontier {
     let goal = Point2::new(x, 1.5);
     Frontier {
@@ -386,12 +386,12 @@ fn what_is_left_over_near_by_comes_before_the_long_way() {
         let places = found.iter().filter_map(|f| Some(f.goal?.x));
         places.collect::<Vec<f64>>()
     };
-    // 0.6 m to the left, and 0.4, 0.8 and 1.2 m to the right: the left end first saves 0.6 m of the
-    // whole.
+    // 0.6 m to the left, and 0.4, 0.8 and 1.2 m to the right: visiting the left end first saves 0.6
+    // m of the whole tour.
     assert_eq!(order(&[1.6, 2.4, 0.6, 2.0], None), [0.6, 1.6, 2.0, 2.4]);
     // With nothing far off to the right it is the other way round.
     assert_eq!(order(&[0.6, 1.6], None), [1.6, 0.6]);
-    // Two decimetres are not worth turning round for.
+    // Two decimetres are not worth turning round.
     assert_eq!(order(&[0.6, 1.6], Some(0.6)), [0.6, 1.6]);
 }
 

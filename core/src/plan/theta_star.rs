@@ -1,14 +1,15 @@
-//! Theta*: a search over cells whose legs point anywhere.
+//! Theta*: a search over cells with legs in any direction.
 //!
 //! In: a [`Lattice`] over a configuration space and a query, cell by cell. Out: a path whose
-//! corners are centres of cells, or that there is none over the cells.
+//! corners are centres of cells, or the result that there is none over the cells.
 //!
-//! 1. As A*, but the parent of a cell may be any cell that it can be reached from straight: a
-//!    neighbour gets the parent of the cell it was found from.
-//! 2. Whether the straight leg is free is asked only when the cell is expanded (Lazy Theta*); if it
-//!    is not, the cell gets the best of its expanded neighbours as parent.
+//! 1. As A*, but the parent of a cell may be any cell from which it can be reached in a straight
+//!    line: a neighbour gets the parent of the cell from which it was found.
+//! 2. Whether the straight leg is free is tested only when the cell is expanded (Lazy Theta*); if
+//!    it is not, the cell gets the best of its expanded neighbours as parent.
 //!
-//! Not always the shortest path over the centres, but nearly, and no corner lies in the open.
+//! The path is not always the shortest over the centres, but nearly, and it has no corner in the
+//! open.
 //!
 //! Source: Nash, Daniel, Koenig & Felner (2007), "Theta*: any-angle path planning on grids"; Nash,
 //! Koenig & Tovey (2010), "Lazy Theta*: any-angle path planning and path length analysis in 3D",
@@ -27,9 +28,9 @@ use super::query::Query;
 use super::search::Planning;
 use crate::geom::{Length, Segment};
 
-/// Cells that wait to be expanded: way and rest, way, cell. Lengths are kept as bits, which for
-/// numbers that are not negative are in the order of the numbers. The least sum comes first, of
-/// equal ones the longest way.
+/// Cells that wait to be expanded: sum of way and remainder, way, cell. Lengths are stored as bits,
+/// because the bits of non-negative numbers sort like the numbers. The least sum comes first, of
+/// equal sums the longest way.
 type Open = BinaryHeap<Reverse<(u64, Reverse<u64>, u32)>>;
 
 /// A search over cells with legs in any direction.

@@ -1,19 +1,18 @@
-//! Which frontier first: the one with which the shortest tour through all of them begins.
+//! Which frontier to visit first: the one with which the shortest tour through all of them begins.
 //!
-//! In: frontiers with their goals, and the wavefront from where the robot is. Out: the same in the
-//! order of that tour.
+//! In: frontiers with their goals, and the wavefront from the robot's position. Out: the frontiers
+//! in the order of that tour.
 //!
 //! 1. Ways between goals are measured over the floor that the wavefront reached, in squares of
 //!    three by three cells: one wavefront from each goal.
-//! 2. The [`MOST`] goals with the cheapest ways are toured, the tour ending anywhere. It is exact:
-//!    Held & Karp (1962), "A dynamic programming approach to sequencing problems". What lies
-//!    farther off waits; it will be near later, or gone.
-//! 3. A goal that the robot is heading for stays the first unless that costs [`WORTH`] more than
-//!    the shortest tour: no dithering.
+//! 2. A tour visits the [`MOST`] goals with the cheapest ways, and may end anywhere. It is exact:
+//!    Held & Karp (1962), "A dynamic programming approach to sequencing problems". Goals farther
+//!    away wait; later they will be near, or gone.
+//! 3. The goal that the robot is heading for stays first unless that costs [`WORTH`] more than the
+//!    shortest tour, so the robot does not dither.
 //!
-//! So what remains near by is looked at before the robot goes far, since coming back for it would
-//! cost the way twice. What a frontier promises does not count: all of them are looked at in the
-//! end.
+//! So what remains nearby is visited before the robot goes far, since returning for it would cost
+//! the way twice. The gain of a frontier does not count: all of them are visited in the end.
 //!
 //! Ours; planning a tour over all frontiers is usual since Kulich, Faigl & Přeučil (2011), "On
 //! distance utility in the exploration task".
@@ -25,18 +24,17 @@ use super::frontier::Frontier;
 use super::wavefront::Wavefront;
 use crate::geom::Length;
 
-/// So many goals are toured.
+/// Most goals in a tour.
 const MOST: usize = 10;
-/// A goal that is headed for is given up for a tour that is so much shorter, m.
+/// The current goal is given up for a tour that is shorter by this, m.
 const WORTH: f64 = 0.5;
-/// Another frontier so near to a goal is what became of its own, m.
+/// A frontier with a goal this near to the current goal is taken to be the same one, m.
 pub(crate) const SAME_GOAL: f64 = 0.75;
 /// Side of a square, m.
 const SQUARE: f64 = 0.15;
 
-/// Puts the frontiers into the order in which to look at them; those that are not `open` any more,
-/// and those that cannot be reached, come last. `heading_for` is the goal that the robot is on its
-/// way to.
+/// Puts the frontiers into the order in which to visit them; those that are no longer `open`, and
+/// those that cannot be reached, come last. `heading_for` is the robot's current goal.
 pub fn order_by_tour(
     frontiers: &mut Vec<Frontier>,
     space: &GridSpace,
@@ -49,7 +47,7 @@ pub fn order_by_tour(
         .into_iter()
         .partition(|frontier| frontier.goal.is_some() && is_open(frontier));
     let far = toured.split_off(toured.len().min(MOST));
-    // Not wider: what lies on both sides of a wall must not be one square.
+    // No larger: areas on both sides of a wall must not share a square.
     let side = (SQUARE / space.resolution() + 1e-9).max(1.0) as usize;
     let floor = wave.in_squares(side);
     let cells: Vec<Option<usize>> = toured.iter().map(|f| space.index_at(f.goal?)).collect();
@@ -83,11 +81,11 @@ pub fn order_by_tour(
     frontiers.extend(rest);
 }
 
-/// The shortest open tours through some places, by where they begin.
+/// The shortest open tours through some places, by the place where they begin.
 struct Tours {
-    /// Ways from place to place.
+    /// Length of the way from place to place.
     between: Vec<Vec<f64>>,
-    /// By set of places (bits) and place: the shortest way from there through all of the set.
+    /// By set of places (bits) and place: the shortest way from that place through the whole set.
     through: Vec<Vec<f64>>,
 }
 
@@ -99,7 +97,7 @@ impl Tours {
             through: Vec::with_capacity(1 << count),
         };
         for set in 0..1_usize << count {
-            // Smaller sets have smaller numbers.
+            // Smaller sets have smaller numbers, so they are known already.
             let shortest = |from| tours.next(set, from).map_or(0.0, |(way, _)| way);
             let through = (0..count).map(shortest).collect();
             tours.through.push(through);
@@ -107,7 +105,8 @@ impl Tours {
         tours
     }
 
-    /// The way from a place through a set, and where it goes first; `None` for an empty set.
+    /// The length of the way from a place through a set, and the first place on it; `None` for an
+    /// empty set.
     fn next(&self, set: usize, from: usize) -> Option<(f64, usize)> {
         let count = self.between.len();
         let in_set = (0..count).filter(|place| set & (1 << place) != 0);

@@ -1,12 +1,12 @@
 //! A tree of straight legs with a spatial index.
 //!
-//! In: legs, one after another. Out: the point of the tree nearest to any other, on a vertex or on
-//! an edge.
+//! In: legs, one by one. Out: the point of the tree nearest to any other, on a vertex or on an
+//! edge.
 //!
-//! Edges are registered in all cells of a coarse raster that they cross; the nearest edge is looked
-//! for in growing rings of that raster, and the search ends when no ring farther out can hold a
-//! nearer one. An edge that is split leaves its old entries behind: they point to its shortened
-//! rest, which is measured as it is now, so they cost a little time and no truth.
+//! Edges are registered in all cells of a coarse raster that they cross; the nearest edge is
+//! searched for in growing rings of that raster, until no ring farther out can hold a nearer one.
+//! An edge that is split leaves its old entries behind: they point to its shortened remainder,
+//! whose current geometry is measured, so they cost a little time but cause no error.
 
 use nalgebra::Point2;
 
@@ -16,10 +16,10 @@ use super::point_index::ring_around;
 use crate::geom::{Length, Segment};
 use crate::map::cells_on_ray;
 
-/// Growth shorter than this is dropped, m: trees do not swarm along walls.
+/// Growth shorter than this is dropped, m, so that trees do not crowd along walls.
 pub(super) const MIN_GROWTH: f64 = 0.02;
 
-/// A point of the tree, and where it hangs.
+/// A point of the tree, and its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Vertex {
     point: Point2<f64>,
@@ -34,7 +34,7 @@ pub(super) struct Tree {
     raster: Raster,
 }
 
-/// The place in a tree nearest to a point.
+/// The point of a tree nearest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Nearest {
     /// The nearest point.
@@ -45,17 +45,17 @@ pub(super) struct Nearest {
     pub(super) distance: f64,
 }
 
-/// What an extension has added.
+/// The result of an extension.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grown {
-    /// The new vertex, or the one that was there already.
+    /// The new vertex, or the one that existed already.
     pub(super) index: usize,
     /// Whether the target itself was reached.
     pub(super) arrived: bool,
 }
 
 impl Tree {
-    /// A tree of one point; what grows outside of `bounds` is found more slowly.
+    /// A tree of one point; points outside `bounds` are found more slowly.
     pub(super) fn new(root: Point2<f64>, bounds: (Point2<f64>, Point2<f64>)) -> Self {
         let mut tree = Self {
             vertices: vec![Vertex {
@@ -68,12 +68,12 @@ impl Tree {
         tree
     }
 
-    /// The legs of the tree, to be drawn.
+    /// The legs of the tree, for display.
     pub(super) fn edges(&self) -> impl Iterator<Item = Segment> + '_ {
         self.vertices.iter().skip(1).map(|v| self.edge_of(v))
     }
 
-    /// How many [`Self::edges`] are.
+    /// How many [`Self::edges`] there are.
     pub(super) fn edge_count(&self) -> usize {
         self.vertices.len().saturating_sub(1)
     }
@@ -105,8 +105,8 @@ impl Tree {
         best
     }
 
-    /// Makes a vertex of a place found by [`Tree::nearest`], splitting its edge where it lies
-    /// inside of one.
+    /// Makes a vertex of a place found by [`Tree::nearest`], splitting its edge if it lies inside
+    /// one.
     pub(super) fn split(&mut self, at: &Nearest) -> usize {
         let outer = self.vertices[at.edge];
         if at.point == outer.point {
@@ -126,7 +126,7 @@ impl Tree {
         middle
     }
 
-    /// Adds a leg from a vertex; gives the new vertex.
+    /// Adds a leg from a vertex; returns the new vertex.
     pub(super) fn grow(&mut self, parent: usize, point: Point2<f64>) -> usize {
         let vertex = self.vertices.len();
         self.vertices.push(Vertex { point, parent });
@@ -136,7 +136,7 @@ impl Tree {
     }
 
     /// Grows from the nearest point of the tree to the last collision-free one towards `target`;
-    /// `None` where that is less than [`MIN_GROWTH`].
+    /// `None` if that is less than [`MIN_GROWTH`].
     pub(super) fn extend(&mut self, space: &dyn ConfigSpace, target: Point2<f64>) -> Option<Grown> {
         let nearest = self.nearest(target);
         if nearest.distance == 0.0 {
@@ -162,7 +162,7 @@ impl Tree {
         Some(Grown { index, arrived })
     }
 
-    /// Grows from a vertex to `target`, if all of that leg is free; gives the new vertex.
+    /// Grows from a vertex to `target`, if the whole leg is free; returns the new vertex.
     pub(super) fn reach(
         &mut self,
         space: &dyn ConfigSpace,
@@ -188,7 +188,7 @@ struct Raster {
     side: f64,
     cols: i32,
     rows: i32,
-    /// The last entry of each cell; [`NONE`] where there is none.
+    /// The last entry of each cell; [`NONE`] if it has none.
     heads: Vec<u32>,
     /// An edge, and the entry before it in the same cell.
     entries: Vec<(u32, u32)>,
@@ -215,7 +215,7 @@ impl Raster {
         }
     }
 
-    /// Where a point lies, in raster cells; points outside are drawn to the border.
+    /// Position of a point, in raster cells; points outside are moved to the border.
     fn at(&self, point: Point2<f64>) -> Point2<f64> {
         let at = (point - self.low) / self.side;
         Point2::new(
@@ -235,14 +235,13 @@ impl Raster {
         });
     }
 
-    /// Shows edges ring by ring around `point` to `visit`, which answers with the least distance so
-    /// far.
+    /// Shows edges ring by ring around `point` to `visit`, which returns the least distance so far.
     fn search(&self, point: Point2<f64>, mut visit: impl FnMut(usize) -> f64) {
         let at = self.at(point);
         let (col, row) = (at.x.floor() as i32, at.y.floor() as i32);
         let mut least = f64::INFINITY;
         for ring in 0..self.cols.max(self.rows) {
-            // Whatever the rings so far do not hold lies at least this far away.
+            // Every edge that the rings so far do not contain lies at least this far away.
             let covered = f64::from(ring - 1) * self.side
                 + self.side * border_distance(at.x).min(border_distance(at.y));
             if least <= covered {

@@ -1,9 +1,9 @@
-//! A tree of vertices, found again by where they are.
+//! A tree of vertices with a spatial index.
 //!
-//! In: targets, one after another. Out: legs that grow towards them, in steps of bounded length.
+//! In: targets, one by one. Out: legs that grow towards them, in steps of bounded length.
 //!
 //! A leg that is blocked ends at the last whole step before the wall, if there is any. A vertex at
-//! the wall itself would be the nearest one to all that lies behind the wall, and nothing can grow
+//! the wall itself would be the nearest one to everything behind the wall, and nothing can grow
 //! from there: trees that went up to the wall took 4.2 ms for the median query in the peers'
 //! `world_office.csv`, these take 0.1 ms (`--example workloads -- plan`).
 
@@ -15,7 +15,7 @@ use super::point_index::PointIndex;
 use super::tree::Grown;
 use crate::geom::{Length, Segment};
 
-/// Vertices and what they hang on; vertex 0 is the root, its own parent.
+/// Vertices and their parents; vertex 0 is the root, its own parent.
 #[derive(Clone, Debug)]
 pub(super) struct VertexTree {
     index: PointIndex,
@@ -42,8 +42,8 @@ impl VertexTree {
         self.parents.len() - 1
     }
 
-    /// One step of at most `step` metres from the nearest vertex towards `target`; `None` where it
-    /// is blocked.
+    /// One step of at most `step` metres from the nearest vertex towards `target`; `None` if it is
+    /// blocked.
     pub(super) fn extend(
         &mut self,
         space: &dyn ConfigSpace,
@@ -71,7 +71,7 @@ impl VertexTree {
     }
 
     /// As many steps from the nearest vertex towards `target` as are free, and the rest if all are;
-    /// `None` where not even one is.
+    /// `None` if not even one is.
     pub(super) fn connect(
         &mut self,
         space: &dyn ConfigSpace,
@@ -119,7 +119,7 @@ impl VertexTree {
         legs.map(|(v, &parent)| Segment::new(self.point(parent as usize), self.point(v)))
     }
 
-    /// How many [`Self::edges`] are.
+    /// How many [`Self::edges`] there are.
     pub(super) fn edge_count(&self) -> usize {
         self.parents.len().saturating_sub(1)
     }
@@ -131,5 +131,5 @@ impl VertexTree {
     }
 }
 
-/// Bound on the vertices of one leg.
+/// Most vertices of one leg.
 const MOST_STEPS: f64 = 1e4;

@@ -1,11 +1,11 @@
-//! What could be seen from a place: the gain of the next best view.
+//! The area visible from a place: the gain of the next best view.
 //!
-//! In: the states of the grid, a place, how far the sensor sees. Out: the unknown area that it
+//! In: the states of the grid, a place, the sensor's range. Out: the unknown area that the sensor
 //! would see from there.
 //!
 //! 1. Rays all round, one cell apart at their far ends, walk from cell to cell until they meet an
 //!    occupied one.
-//! 2. Unknown cells on their way are counted once each. What lies behind unknown cells may be
+//! 2. Unknown cells on their way are counted once each. Whatever lies behind unknown cells may be
 //!    hidden, so a ray ends after [`DEPTH`] of them.
 //!
 //! Source: González-Baños & Latombe (2002), "Navigation strategies for exploring indoor
@@ -18,10 +18,10 @@ use super::cspace::GridSpace;
 use crate::geom::sin_cos;
 use crate::map::CellState;
 
-/// So much unknown way a ray is taken to see, m.
+/// Length of unknown way up to which a ray is taken to see, m.
 const DEPTH: f64 = 1.0;
 
-/// The unknown area, m², that a sensor of `sight` (m) would see from the middle of a cell; 0 for a
+/// The unknown area, m², that a sensor of `sight` (m) would see from the centre of a cell; 0 for a
 /// sight of less than a cell.
 pub(super) fn view_gain(space: &GridSpace, from: usize, sight: f64) -> f64 {
     let resolution = space.resolution();

@@ -1,20 +1,20 @@
-//! Visibility graph for a disc among walls: the shortest path there is, or the proof that there is
+//! Visibility graph for a disc among walls: the shortest possible path, or the proof that there is
 //! none.
 //!
 //! In: walls as segments, the distance to keep from them, a query; corner by corner. Out: the
 //! shortest path.
 //!
-//! 1. A taut path among capsules is made of straight legs and of arcs round ends of walls; each leg
-//!    touches the circles that it joins. The graph has a node for every such leg at its far end; an
-//!    edge is an arc followed by the next leg.
+//! 1. A taut path among capsules consists of straight legs and of arcs round ends of walls; each
+//!    leg touches the circles that it joins. The graph has a node for each such leg at its far end;
+//!    an edge is an arc followed by the next leg.
 //! 2. Legs from a circle are searched for when the search first leaves that circle, and kept.
-//! 3. A* over that graph: what remains is at least the straight line.
+//! 3. A* over that graph: the remaining way is at least the straight line.
 //! 4. An exhausted search is a proof: if there is any path there is a taut one.
-//! 5. Arcs are handed on as corners of polygons around them, so that the path never comes nearer to
-//!    a wall than allowed; it is longer than the arcs by less than 0.03 % of their length.
+//! 5. Arcs are returned as corners of polygons around them, so the path never comes nearer to a
+//!    wall than allowed; it is longer than the arcs by less than 0.03 % of their length.
 //!
-//! Circles are wider than the distance to keep by [`SPARE`], so that rounding does not let a leg
-//! along a wall touch it.
+//! Circles are larger than the distance to keep by [`SPARE`], so that rounding does not make a leg
+//! along a wall touch that wall.
 //!
 //! Source: Liu & Arimoto (1992), "Path planning using a tangent graph for mobile robots among
 //! polygonal and curved obstacles"; the proof in Laumond (1987) for smooth obstacles.
@@ -32,7 +32,7 @@ use super::search::Planning;
 use super::tangents::{Blocked, Tangent, Wound};
 use crate::geom::{Length, Segment, sin_cos};
 
-/// What circles are wider than the distance to keep, m.
+/// By how much circles are larger than the distance to keep, m.
 const SPARE: f64 = 1e-6;
 /// Largest angle of an arc that one corner stands for, rad.
 const CORNER: f64 = 0.05;
@@ -50,18 +50,19 @@ struct Link {
 struct Arrival {
     circle: u32,
     tangent: Tangent,
-    /// Way from the start, m.
+    /// Length of the way from the start, m.
     way: f64,
-    /// Arrival that the leg's circle was reached by.
+    /// The arrival from which the leg's circle was reached.
     before: Option<u32>,
 }
 
-/// Arrivals that wait, the least way and rest first: that sum as bits (of numbers that are not
-/// negative these are in order), the circle that the leg is from, its number there, the arrival
-/// before, and the way as bits.
+/// Waiting arrivals, the least sum of way and remainder first: that sum as bits (the bits of
+/// non-negative numbers sort like the numbers), the circle from which the leg comes, its number
+/// there, the arrival before, and the way as bits.
 type Open = BinaryHeap<Reverse<(u64, u32, u32, u32, u64)>>;
 
-/// Circle 0 is the start, 1 the goal; then each end of a wall twice, wound either way.
+/// Circle 0 is the start, 1 the goal; then each end of a wall twice, once for each direction of
+/// winding.
 const START: u32 = 0;
 const GOAL: u32 = 1;
 const NONE: u32 = u32::MAX;
@@ -72,7 +73,7 @@ pub(super) struct Visibility {
     query: Query,
     keep: f64,
     circles: Vec<Wound>,
-    /// Of each pair of circles; `None` before it is asked for.
+    /// Blocked arcs of each circle; `None` before they are needed.
     blocked: Vec<Option<Blocked>>,
     /// Legs from each circle; `None` before the search leaves it.
     links: Vec<Option<Vec<Link>>>,
@@ -82,7 +83,7 @@ pub(super) struct Visibility {
 }
 
 impl Visibility {
-    /// Begins at the start. `None` where the space has other obstacles than walls.
+    /// Begins at the start. `None` if the space has obstacles other than walls.
     pub(super) fn new(space: &dyn ConfigSpace, query: Query) -> Option<Self> {
         let (walls, keep) = space.walls()?;
         let point = |centre| Wound {
@@ -185,7 +186,7 @@ impl Visibility {
 }
 
 impl Planning for Visibility {
-    /// Goes on to the next leg.
+    /// Takes the next leg.
     fn iterate(&mut self, space: &dyn ConfigSpace, _rng: &mut dyn Rng) -> bool {
         if self.goal.is_some() {
             return false;

@@ -1,14 +1,14 @@
-//! Cheapest ways over the cells of a [`GridSpace`], from one start to everywhere.
+//! Cheapest ways over the cells of a [`GridSpace`], from one start to all other cells.
 //!
 //! In: a configuration space over a grid, and a start. Out: the cost of every reachable cell, and
 //! the way to it.
 //!
-//! 1. Cells are free where the room at their centre is not negative. Diagonal steps need both cells
-//!    beside them, so that a way over cells is free everywhere between them too.
-//! 2. A step costs its length, more where walls are near, so that ways keep to the middle of doors.
+//! 1. A cell is free if the room at its centre is not negative. Diagonal steps need both cells
+//!    beside them, so that a way over cells is also free everywhere in between.
+//! 2. A step costs its length, and more near walls, so that ways keep to the middle of doors.
 //! 3. Dijkstra's algorithm with buckets for small whole costs: Dial (1969), "Algorithm 360:
 //!    shortest-path forest with topological ordering". Linear in cells, and whole numbers give the
-//!    same order everywhere.
+//!    same order on every machine.
 
 use nalgebra::Point2;
 
@@ -34,7 +34,7 @@ pub struct Wavefront {
 }
 
 impl Wavefront {
-    /// Spreads from the cell of `start`; reaches nothing where that is not free.
+    /// Spreads from the cell of `start`; reaches nothing if that is not free.
     #[must_use]
     pub fn new(space: &GridSpace, start: Point2<f64>) -> Self {
         let width = space.rect().width();
@@ -83,13 +83,13 @@ impl Wavefront {
         }
     }
 
-    /// Number of the cell that it spread from; `None` where that is not free.
+    /// Number of the cell that it spread from; `None` if that is not free.
     #[must_use]
     pub fn start(&self) -> Option<usize> {
         Some(self.start).filter(|start| *start < self.costs.len())
     }
 
-    /// Cost of the way to a cell, in metres of open floor; `None` where no way leads.
+    /// Cost of the way to a cell, in metres of open floor; `None` if no way leads there.
     #[must_use]
     pub fn cost(&self, index: usize) -> Option<f64> {
         let cost = *self.costs.get(index)?;
@@ -100,7 +100,7 @@ impl Wavefront {
     #[must_use]
     pub(super) fn in_squares(&self, side: usize) -> Squares {
         let height = self.costs.len() / self.width.max(1);
-        // A closed border all round.
+        // With a closed border all round.
         let width = self.width.div_ceil(side) + 2;
         let mut squares = Squares {
             weights: vec![0; width * (height.div_ceil(side) + 2)],
@@ -134,7 +134,7 @@ impl Wavefront {
             .collect()
     }
 
-    /// The way over cell centres from the start to the cell; `None` where no way leads. Corners
+    /// The way over cell centres from the start to the cell; `None` if no way leads there. Corners
     /// only: cells in the middle of a straight run are skipped.
     #[must_use]
     pub fn path_to(&self, space: &GridSpace, index: usize) -> Option<Path> {
@@ -163,13 +163,13 @@ impl Wavefront {
 }
 
 /// The floor of a wavefront in larger squares, for many rough wavefronts over it. A square is open
-/// where any of its cells was reached: walls between two floors, the robot's room to either side
-/// included, have to be thicker than two squares.
+/// if any of its cells was reached: for two floors to stay separate, the wall between them,
+/// including the robot's room on each side, must be thicker than two squares.
 #[derive(Clone, Debug)]
 pub(super) struct Squares {
     weights: Vec<u8>,
     width: usize,
-    /// In cells.
+    /// Side of a square, in cells.
     side: usize,
     cells_width: usize,
     metres: f64,
@@ -197,7 +197,7 @@ impl Squares {
     }
 }
 
-/// How many times its length a step onto each cell costs; 0 where the cell is not free, and at the
+/// How many times its length a step onto each cell costs; 0 if the cell is not free, and at the
 /// border.
 fn weights(space: &GridSpace) -> Vec<u8> {
     let (width, height) = (space.rect().width(), space.rect().height());
@@ -217,7 +217,7 @@ fn weights(space: &GridSpace) -> Vec<u8> {
     (0..space.states().len()).map(weight).collect()
 }
 
-/// The cell itself, or a free neighbour: a free point may lie in a cell whose centre is not.
+/// The cell itself, or a free neighbour: a free point may lie in a cell whose centre is not free.
 fn nearest_open(index: usize, weights: &[u8], width: usize) -> Option<usize> {
     let row = width as isize;
     let around = [0, 1, -1, row, -row, row + 1, row - 1, 1 - row, -row - 1];

@@ -1,23 +1,23 @@
-//! What a sensor saw before it came too near to see it.
+//! The blind zone: what a sensor saw before it came too near to be seen.
 //!
-//! In: each scan's points and the motion since the one before. Out: points that stand inside of
-//! what the sensor is blind for, so that a robot does not drive into a wall, or a person, only
-//! because its lidar sees nothing below 0.15 m.
+//! In: each scan's points and the motion since the one before. Out: points inside the sensor's
+//! blind zone, so that a robot does not drive into a wall or a person just because its lidar sees
+//! nothing below 0.15 m.
 //!
-//! 1. Remembered points are moved into the robot's present frame by odometry.
+//! 1. Remembered points are moved into the robot's current frame by odometry.
 //! 2. A point is forgotten when a beam in its direction ends clearly behind it (it has gone), or
 //!    not behind it (it is seen again), and when the robot has left it behind. A beam without a
-//!    reading says nothing: so does a blind sensor.
-//! 3. Hits nearer than [`BlindZoneConfig::reach`] are remembered for the next scan, and so is who
-//!    came since ([`BlindZone::came`]).
+//!    reading proves nothing, because a blind sensor gives none either.
+//! 3. Hits nearer than [`BlindZoneConfig::reach`] are remembered for the next scan, and so are
+//!    people who came since ([`BlindZone::came`]).
 //!
-//! A sensor whose readings fold back (an infra-red ranger before its peak) does worse than see
-//! nothing: a wall nearer than [`BlindZoneConfig::blind`] reads far, and nothing in the reading
-//! shows it. Before such a scan is used, [`BlindZone::without_folded`] makes those readings invalid
-//! that look where something was remembered so near.
+//! A sensor whose readings fold back (an infra-red ranger before its peak) is worse than blind: a
+//! wall nearer than [`BlindZoneConfig::blind`] reads far, and nothing in the reading shows it.
+//! Before such a scan is used, [`BlindZone::without_folded`] invalidates the readings in directions
+//! where something was remembered that near.
 //!
-//! Ours. The occupancy grid keeps walls likewise, but it smooths over many scans, and a person
-//! stands in it too late.
+//! Ours. The occupancy grid keeps walls in the same way, but it smooths over many scans, and a
+//! person appears in it too late.
 
 use std::borrow::Cow;
 
@@ -49,8 +49,8 @@ config! {
 }
 
 impl BlindZoneConfig {
-    /// For rangers that scan on command, 0.7 m apart at most: what is seen from as far may be
-    /// inside of the peak, 0.15 m, at the next scan. To that come 3 cm for the odometry in between.
+    /// For rangers that scan on command, at most 0.7 m apart: something seen from that far may be
+    /// inside the peak, 0.15 m, at the next scan. 3 cm are added for the odometry in between.
     #[must_use]
     pub fn short_range() -> Self {
         Self {
@@ -63,25 +63,26 @@ impl BlindZoneConfig {
 
 /// Most points that are remembered; the oldest are forgotten.
 const MOST: usize = 1000;
-/// Remembered neighbours nearer to one another than this are one surface, m: less than the robot
-/// could pass through.
+/// Remembered neighbours nearer to one another than this belong to one surface, m: less than the
+/// robot could pass through.
 const LINK: f64 = 0.1;
 
-/// Half of what a reading of a person stands for, m: narrower than anybody, and one surface.
+/// Half the width for which a reading of a person stands, m: narrower than any person, and one
+/// surface.
 const HALF_PERSON: f64 = 0.08;
 
 /// Remembers what is near.
 #[derive(Clone, Debug, Default)]
 pub struct BlindZone {
     config: BlindZoneConfig,
-    /// Robot frame at the last scan.
+    /// The remembered points, robot frame at the last scan.
     remembered: Vec<Point2<f64>>,
-    /// Those of them that the last scan did not see.
+    /// Those that the last scan did not see.
     unseen: Vec<Point2<f64>>,
 }
 
 impl BlindZone {
-    /// Remembers nothing yet.
+    /// An empty memory.
     #[must_use]
     pub fn new(config: BlindZoneConfig) -> Self {
         Self {
@@ -90,12 +91,12 @@ impl BlindZone {
         }
     }
 
-    /// Other settings from the next scan on.
+    /// Uses other settings from the next scan on.
     pub fn reconfigure(&mut self, config: BlindZoneConfig) {
         self.config = config;
     }
 
-    /// The scan with those readings invalid (NaN) that may be of something nearer than
+    /// The scan with those readings made invalid (NaN) that may come from something nearer than
     /// [`BlindZoneConfig::blind`]. `moved` is the motion since the scan before.
     #[must_use]
     pub fn without_folded<'a>(&self, scan: &'a Scan, moved: &Pose2) -> Cow<'a, Scan> {
@@ -163,8 +164,9 @@ impl BlindZone {
         self.remembered.drain(..too_many);
     }
 
-    /// Somebody came since the last scan and was seen there (robot frame of that scan): they may be
-    /// too near to be seen by the next. A single reading stands for a piece of them across it.
+    /// Takes a person who came since the last scan and was seen there (robot frame of that scan):
+    /// they may be too near to be seen by the next scan. A single reading stands for a short piece
+    /// of surface across it.
     pub fn came(&mut self, at: Point2<f64>) {
         let across = Vector2::new(-at.y, at.x) / at.coords.length().max(f64::MIN_POSITIVE);
         if at.coords.length() < self.config.reach {
@@ -174,14 +176,15 @@ impl BlindZone {
         }
     }
 
-    /// Points that the last scan did not see although they are there, robot frame at that scan, m.
+    /// Points that the last scan did not see although they should still be there, robot frame at
+    /// that scan, m.
     #[must_use]
     pub fn unseen(&self) -> &[Point2<f64>] {
         &self.unseen
     }
 
-    /// The scan's points, and as hits what it did not see; for those who must not drive into
-    /// either.
+    /// The scan's points, with those that it did not see added as hits; for code that must not
+    /// drive into either.
     #[must_use]
     pub fn with_unseen(&self, points: &Points) -> Points {
         let mut all = points.clone();
@@ -212,7 +215,7 @@ impl BlindZone {
                 );
                 let (distance, ahead) = (to.length(), along.dot(&to));
                 let is_beside = ahead <= 0.0 || along.perp(&to).abs() > width * ahead;
-                // Little behind it: noise, or a reading at the very border of what can be measured.
+                // A little behind it: noise, or a reading at the very limit of the range.
                 let is_doubtful = beam.range > distance && beam.range < distance + behind;
                 is_beside || is_doubtful
             })

@@ -1,11 +1,11 @@
 //! In: a [`Scan`] and the motion during its sweep. Out: [`Points`] in the robot frame at the scan's
 //! stamp.
 //!
-//! 1. Invalid beams and those outside the range gate are dropped; no-returns are kept, they say
-//!    what is free.
+//! 1. Invalid beams and those outside the range gate are dropped; beams without a return are kept,
+//!    because they show what is free.
 //! 2. Each beam is moved by the motion that followed it, so that a moving robot's scan is not
-//!    skewed: from the odometry of the last moments ([`Points::from_rolling_scan`]) where it is at
-//!    hand, else under constant speed and turn rate during the sweep ([`Points::from_scan`]).
+//!    skewed: from recent odometry ([`Points::from_rolling_scan`]) if it is available, otherwise
+//!    assuming constant speed and turn rate during the sweep ([`Points::from_scan`]).
 
 use nalgebra::{Point2, Vector2};
 
@@ -31,7 +31,7 @@ config! {
 /// The usable beams of one scan, in the robot frame at `stamp`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points {
-    /// The instant whose robot frame the points stand in.
+    /// The instant in whose robot frame the points are given.
     pub stamp: Stamp,
     /// Position of the sensor when the last beam was taken.
     pub sensor_in_robot: Point2<f64>,
@@ -44,7 +44,7 @@ pub struct Points {
 /// One usable beam.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beam {
-    /// Number of the beam in the scan.
+    /// Index of the beam in the scan.
     pub beam_idx: usize,
     /// Where the sensor was when this beam was taken.
     pub origin_in_robot: Point2<f64>,
@@ -56,7 +56,7 @@ pub struct Beam {
     pub sigma: f64,
     /// Whether something came back.
     pub is_hit: bool,
-    /// Strength of the echo in the sensor's own unit; `None` where it reports none.
+    /// Strength of the echo in the sensor's own unit; `None` if it reports none.
     pub quality: Option<u8>,
     /// How long before the stamp of the points it was taken, s.
     pub age: f64,
@@ -76,8 +76,8 @@ impl Beam {
 
 impl Points {
     /// Converts a scan; `motion` is the robot's motion during the sweep
-    /// (`robot_at_first_from_robot_at_last`). The points stand in the robot frame at the stamp of
-    /// the scan.
+    /// (`robot_at_first_from_robot_at_last`). The points are in the robot frame at the stamp of the
+    /// scan.
     #[must_use]
     pub fn from_scan(scan: &Scan, motion: &Pose2, config: &PointConfig) -> Self {
         let back = motion.inverse();
@@ -91,8 +91,8 @@ impl Points {
         })
     }
 
-    /// Converts a scan that was taken while the robot moved as `history` says. The points stand in
-    /// the robot frame of now, which is the end of the newest odometry reading and may be a little
+    /// Converts a scan that was taken while the robot moved according to `history`. The points are
+    /// in the current robot frame, at the end of the newest odometry reading, which may be a little
     /// later than the scan's stamp.
     #[must_use]
     pub fn from_rolling_scan(scan: &Scan, history: &MotionHistory, config: &PointConfig) -> Self {
@@ -100,7 +100,7 @@ impl Points {
         Self::from_moved_scan(scan, now, &history.since_beams(scan), config)
     }
 
-    /// The same from the motion since each beam was taken, up to `now`
+    /// The same, given the motion since each beam was taken, up to `now`
     /// ([`MotionHistory::since_beams`]).
     #[must_use]
     pub fn from_moved_scan(
@@ -117,8 +117,8 @@ impl Points {
         })
     }
 
-    /// Converts a scan of which it is known where the robot was at each beam: `robot_from_robot_at`
-    /// gives that in the robot frame at `stamp`.
+    /// Converts a scan for which the robot's pose at each beam is known: `robot_from_robot_at`
+    /// gives it in the robot frame at `stamp`.
     #[must_use]
     pub fn from_placed_scan(
         scan: &Scan,
@@ -161,13 +161,13 @@ impl Points {
         }
     }
 
-    /// Angles between neighbouring beams, rad; across beams that were dropped, the mean.
+    /// Angles between neighbouring beams, rad; across dropped beams, the mean.
     pub(super) fn beam_angles(&self) -> impl Iterator<Item = f64> {
         self.neighbours()
             .map(|([u, v], steps)| libm::atan2(u.perp(&v), u.dot(&v)).abs() / steps as f64)
     }
 
-    /// Beams that follow each other, and from one to the other how many numbers.
+    /// Consecutive beams, and the difference of their numbers.
     fn neighbours(&self) -> impl Iterator<Item = ([Vector2<f64>; 2], usize)> {
         self.beams.windows(2).filter_map(|pair| {
             let [a, b] = pair else { return None };
@@ -177,15 +177,16 @@ impl Points {
         })
     }
 
-    /// The angle between neighbouring beams, rad: the median. `None` of fewer than two beams.
+    /// The median angle between neighbouring beams, rad. `None` for fewer than two beams.
     #[must_use]
     pub fn beam_spacing(&self) -> Option<f64> {
-        // By the tangents of half the angles, which are in the same order and need no arc tangent.
+        // Compares the tangents of half the angles, which are in the same order and need no arc
+        // tangent.
         let mut half_tangents = Vec::with_capacity(self.beams.len());
         half_tangents.extend(self.neighbours().map(|([u, v], steps)| {
             let (dot, lengths) = (u.dot(&v), (u.norm_squared() * v.norm_squared()).sqrt());
             let across = u.perp(&v).abs();
-            // Of two forms of the same, that in which nothing is cancelled.
+            // Of two equivalent forms, the one without cancellation.
             let half_tangent = if dot > 0.0 {
                 across / (lengths + dot)
             } else {
@@ -203,7 +204,7 @@ impl Points {
         })
     }
 
-    /// Beams on which something came back.
+    /// Beams with a return.
     pub fn hits(&self) -> impl Iterator<Item = &Beam> {
         self.beams.iter().filter(|beam| beam.is_hit)
     }
@@ -257,7 +258,7 @@ mod tests {
     }
 
     /// A round room of 3 m around the origin, seen by a robot that moves by `motion` during the
-    /// sweep and ends at the origin: each beam measured from where the robot was.
+    /// sweep and ends at the origin: each beam measured from the robot's pose at that moment.
     fn scan_of_round_room(motion: &Pose2) -> Scan {
         let n = 120;
         let mut scan = Scan {
@@ -325,7 +326,7 @@ mod tests {
             Points::from_scan(&scan, &motion, &config),
         );
         for (a, b) in rolling.beams.iter().zip(&constant.beams) {
-            // Stamps are whole microseconds: 2 rad/s in half of one is a micrometre at 3 m.
+            // Stamps are whole microseconds: at 2 rad/s, half of one is a micrometre at 3 m.
             assert!(
                 (a.end_in_robot - b.end_in_robot).length() < 1e-5,
                 "{a:?} {b:?}"

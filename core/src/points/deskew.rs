@@ -1,9 +1,9 @@
-//! In: the odometry of the last moments. Out: where the robot was, relative to now, at any instant
-//! of them.
+//! In: the odometry of the last moments. Out: where the robot was, relative to its current pose, at
+//! any instant of them.
 //!
 //! A scan of a turning sensor takes a good part of a second, and arrives a little after its last
 //! beam. Between two odometry readings constant speed and turn rate are assumed; over a whole sweep
-//! they would not hold: a robot that starts to turn at 6 rad/s² while a sweep of 0.18 s runs is
+//! this would not hold: a robot that starts to turn at 6 rad/s² while a sweep of 0.18 s runs is
 //! 1.4° off in the middle of it.
 
 use std::collections::VecDeque;
@@ -15,12 +15,12 @@ use crate::robot::{Odometry, Scan, Stamp};
 #[derive(Clone, Debug)]
 pub struct MotionHistory {
     span: f64,
-    /// Newest last; each covers `from..to`.
+    /// Newest last; each covers the time `from..to`.
     steps: VecDeque<Odometry>,
 }
 
 impl MotionHistory {
-    /// Remembers at least `span` seconds.
+    /// An empty history that remembers at least `span` seconds.
     #[must_use]
     pub fn new(span: f64) -> Self {
         Self {
@@ -67,14 +67,13 @@ impl MotionHistory {
         }
     }
 
-    /// What is known of the motion since each beam of `scan` was taken, as [`Self::since`].
+    /// The motion since each beam of `scan` was taken, as [`Self::since`].
     #[must_use]
     pub fn since_beams(&self, scan: &Scan) -> Vec<MovedSince> {
         self.since((0..scan.len()).map(|beam| scan.taken_at(beam)))
     }
 
-    /// What is known of the motion from each of the given instants to now, for instants in any
-    /// order.
+    /// The motion from each of the given instants to now, for instants in any order.
     ///
     /// Instants before the oldest reading get the motion since its start, instants after the newest
     /// one get none: nothing is known there, so standing still is assumed.
@@ -104,7 +103,7 @@ impl MotionHistory {
                 left * step.cov[(2, 2)],
             )
         };
-        // Many sensors take all beams at one instant.
+        // Many sensors take all beams at the same instant.
         let mut last: Option<(Stamp, MovedSince)> = None;
         let moved_or_last = |instant: Stamp| {
             let same = last.filter(|(at, _)| *at == instant);
@@ -121,13 +120,13 @@ impl MotionHistory {
 pub struct MovedSince {
     /// `robot_now_from_robot_then`.
     pub pose: Pose2,
-    /// Variance of the heading that odometry gathered meanwhile, rad².
+    /// Variance of the heading that odometry accumulated meanwhile, rad².
     pub heading_variance: f64,
 }
 
 impl MovedSince {
-    /// From earlier on: `back` is the way back over the motion between, whose heading has the given
-    /// variance.
+    /// The motion from an earlier instant: `back` is the motion back over the time in between,
+    /// whose heading has the given variance.
     fn back_over(&self, back: &Pose2, heading_variance: f64) -> Self {
         Self {
             pose: self.pose * *back,
@@ -166,7 +165,8 @@ mod tests {
         let history = history();
         let since = history.since([0, 50_000, 200_000, 250_000, 400_000].map(Stamp));
         let poses: Vec<_> = since.iter().map(|moved| moved.pose).collect();
-        // (now_from_then)⁻¹ * now_from_start = then_from_start: what the robot had done by then.
+        // (now_from_then)⁻¹ * now_from_start = then_from_start: the robot's motion up to that
+        // instant.
         let start = poses[0];
         let done: Vec<_> = poses
             .iter()

@@ -2,24 +2,24 @@
 //! it lies on.
 //!
 //! 1. Hits are taken in the order of the beams; a neighbour belongs to the same surface while the
-//!    step to it is not much longer than the spacing that the beam angle makes at this range.
+//!    step to it is not much longer than the spacing of the beams at this range.
 //! 2. A line is fitted to the neighbours within reach (total least squares: the eigenvectors of
 //!    their scatter).
-//! 3. Points whose neighbours do not form a line are dropped: a surface direction that means
-//!    nothing would pull a match any way.
-//! 4. A point lies on its line, not where its own noise put it.
-//! 5. Of the points nearer than [`SPACING`] to the last one kept, none is kept: close walls, seen
-//!    by many beams, would else outvote far ones. How far they are along the surface is counted in
-//!    beams. Measured from point to point, noise would choose: of a wall ahead those that came out
-//!    too near, of the same wall behind those too far, and a robot that passes it would turn by
-//!    0.0008 rad a metre.
+//! 3. Points whose neighbours do not form a line are dropped: a meaningless surface direction would
+//!    pull a match anywhere.
+//! 4. A point is moved onto its line, away from where its own noise put it.
+//! 5. Points nearer than [`SPACING`] to the last one kept are dropped: otherwise close walls, seen
+//!    by many beams, would outvote far ones. The distance along the surface is counted in beams. If
+//!    it were measured from point to point, noise would select: of a wall ahead the points that
+//!    came out too near, of the same wall behind those too far, and a robot that passes it would
+//!    turn by 0.0008 rad per metre.
 //!
-//! Scans of few beams have no neighbours on one surface. Gathered along the way they have
-//! ([`oriented_cloud`]), in any order: there neighbours are those that lie near.
+//! A single scan of few beams has no neighbours on one surface. Several of them gathered along the
+//! way have ([`oriented_cloud`]), but in no order: there, neighbours are points that lie near.
 //!
-//! Why surface directions: matching a point to a line converges in a third of the iterations of
-//! matching it to a point, and lets the point slide along a wall, which no scan can measure (Censi
-//! 2008, "An ICP variant using a point-to-line metric").
+//! Why surface directions: point-to-line matching converges in a third of the iterations of
+//! point-to-point matching, and lets the point slide along a wall, which is a direction that no
+//! scan can measure (Censi 2008, "An ICP variant using a point-to-line metric").
 
 use nalgebra::{Point2, Vector2};
 
@@ -36,34 +36,34 @@ pub struct OrientedPoint {
     pub normal: Vector2<f64>,
 }
 
-/// Hits farther than this are dropped, m; far ones are sparse and graze their wall.
+/// Hits farther than this are dropped, m; far ones are sparse and meet their wall at a flat angle.
 const MAX_RANGE: f64 = 40.0;
-/// Least distance of two points kept, m; larger is faster and less precise.
+/// Least distance between two kept points, m; larger is faster and less precise.
 const SPACING: f64 = 0.04;
-/// Half of the piece of surface that gives a direction, m; larger smooths noise and rounds corners.
+/// Half of the piece of surface that gives a direction, m; larger smooths noise but rounds corners.
 const REACH: f64 = 0.12;
-/// Where hits are drawn, at least so many standard deviations of the range: what is as wide as it
-/// is long has no direction.
+/// For drawing, the reach is at least this many standard deviations of the range: a set of points
+/// as wide as it is long has no direction.
 const REACH_SIGMAS: f64 = 8.0;
-/// The same among scans that were gathered, ...
+/// The reach among gathered scans, m, ...
 const CLOUD_REACH: f64 = 0.3;
-/// ... and the least points in it.
+/// ... and the least number of points in it.
 const CLOUD_NEIGHBOURS: f64 = 4.0;
-/// Neighbouring beams farther apart than this say nothing of what is between, rad.
+/// Neighbouring beams farther apart than this say nothing about what is in between, rad.
 pub(crate) const WIDEST_GAP: f64 = 0.1;
-/// Spacing of beams, rad, where there is one alone: about the 1° of most lidars, and no neighbours
-/// to be misled by it.
+/// Assumed spacing of beams if there is only one, rad: about the 1° of most lidars; without
+/// neighbours it cannot mislead.
 const LONE_SPACING: f64 = 0.02;
-/// Spacings that are equal but for rounding count as equal.
+/// Spacings that differ only by rounding count as equal.
 const ALMOST: f64 = 0.999;
-/// The direction of a surface for the spacing of beams on it: from this many hits before to as many
-/// after, ...
+/// For the spacing of beams on a surface, its direction is taken from this many hits before to as
+/// many after, ...
 const FACING_NEIGHBOURS: usize = 3;
 /// ... as long as they are no farther apart than this, m; ...
 const FACING_REACH: f64 = 1.0;
-/// ... a cosine is never believed smaller.
+/// ... and a smaller cosine than this is not believed.
 const GRAZING: f64 = 0.1;
-/// Most neighbours on either side.
+/// Most neighbours on each side.
 const MAX_NEIGHBOURS: usize = 8;
 
 /// Finds the surfaces of a scan; positions and normals are in the robot frame.
@@ -73,7 +73,7 @@ pub fn oriented_points(points: &Points) -> Vec<OrientedPoint> {
     beams.into_iter().map(|(_, surface)| surface).collect()
 }
 
-/// The same, each with the place of its beam in `points.beams`.
+/// The surfaces of a scan, each with the index of its beam in `points.beams`.
 #[must_use]
 pub fn oriented_beams(points: &Points) -> Vec<(usize, OrientedPoint)> {
     let hits = near_hits(points);
@@ -99,9 +99,9 @@ pub fn oriented_beams(points: &Points) -> Vec<(usize, OrientedPoint)> {
     kept
 }
 
-/// The hits of a scan where their surfaces are: each that lies on one is moved onto the line of its
-/// neighbours, as in [`oriented_beams`], and its range is then that far. All else stays, and all of
-/// a scan whose beams are farther apart than a tenth of a radian.
+/// The hits of a scan moved onto their surfaces: each hit on a surface is moved onto the line of
+/// its neighbours, as in [`oriented_beams`], and its range is updated. All other hits stay, and a
+/// scan whose beams are farther apart than a tenth of a radian is not changed at all.
 #[must_use]
 pub fn on_surfaces(points: &Points) -> Points {
     let mut moved = points.clone();
@@ -121,8 +121,8 @@ pub fn on_surfaces(points: &Points) -> Points {
     moved
 }
 
-/// The line of a hit's neighbours within `least_reach` or a few beams: its normal, and the way from
-/// the hit to it.
+/// The line of a hit's neighbours within `least_reach` or a few beams: its normal, and the vector
+/// from the hit to it.
 fn line_at(
     hits: &[(usize, &Beam)],
     at: usize,
@@ -154,7 +154,7 @@ fn line_at(
 }
 
 /// Adds the neighbours of a hit on one side, as long as each is near enough to the one before it
-/// and to the hit; `gap` and `reach` are squares.
+/// and to the hit; `gap` and `reach` are squared.
 fn add_neighbours(
     scatter: &mut Scatter,
     position: Point2<f64>,
@@ -173,7 +173,7 @@ fn add_neighbours(
     }
 }
 
-/// The cosine of the angle at which a hit's beam meets the surface, by the hits about it.
+/// The cosine of the angle at which a hit's beam meets the surface, from the hits around it.
 fn facing(hits: &[(usize, &Beam)], at: usize) -> f64 {
     let end = |at: usize| hits.get(at).map(|(_, beam)| beam.end_in_robot);
     let last = hits.len().saturating_sub(1);
@@ -184,16 +184,16 @@ fn facing(hits: &[(usize, &Beam)], at: usize) -> f64 {
     };
     let (along, ray) = (after - before, beam.end_in_robot - beam.origin_in_robot);
     let across = along.perp(&ray).abs() / (along.length() * ray.length());
-    // Ends of different surfaces tell nothing of either.
+    // Ends on different surfaces tell nothing about either.
     match along.length() < FACING_REACH && across.is_finite() {
         true => across.max(GRAZING),
         false => 1.0,
     }
 }
 
-/// Finds the surfaces in what several scans saw from several places, in the frame and order that
-/// `points` has, each with the place of its beam there. What `before` saw, in the same frame,
-/// counts as neighbours alone.
+/// Finds the surfaces in what several scans saw from several places, in the frame and order of
+/// `points`, each with the index of its beam there. Points of `before`, in the same frame, only
+/// count as neighbours.
 #[must_use]
 pub fn oriented_cloud(points: &Points, before: &[Point2<f64>]) -> Vec<(usize, OrientedPoint)> {
     let hits = near_hits(points);
@@ -217,7 +217,7 @@ pub fn oriented_cloud(points: &Points, before: &[Point2<f64>]) -> Vec<(usize, Or
     kept
 }
 
-/// The hits that are not too far, with their places in `points.beams`.
+/// The hits within the greatest range, with their indices in `points.beams`.
 fn near_hits(points: &Points) -> Vec<(usize, &Beam)> {
     let beams = points.beams.iter().enumerate();
     let mut hits = Vec::with_capacity(points.beams.len());
@@ -225,7 +225,7 @@ fn near_hits(points: &Points) -> Vec<(usize, &Beam)> {
     hits
 }
 
-/// Where a beam ends, the normal of the surface towards the side from which it was seen.
+/// The end of a beam, with the normal of the surface towards the side from which it was seen.
 fn seen(beam: &Beam, normal: Vector2<f64>) -> OrientedPoint {
     let is_behind = normal.dot(&(beam.origin_in_robot - beam.end_in_robot)) < 0.0;
     OrientedPoint {
@@ -245,7 +245,7 @@ mod tests {
     use crate::geom::{Pose2, Segment, sin_cos, unit_vector};
     use crate::points::fixture::{look, look_along, normal, scan_of_hits};
 
-    /// 180 beams from the origin at a wall x cos a + y sin a = 2, hit where nearer than 8 m.
+    /// 180 beams from the origin at a wall x cos a + y sin a = 2, with hits nearer than 8 m.
     fn wall(a: f64) -> Points {
         let bearings = (0..180).map(|degree| (f64::from(degree) - 90.0).to_radians());
         let (normal, along) = (unit_vector(a), unit_vector(a + FRAC_PI_2));
@@ -278,8 +278,8 @@ mod tests {
         }
     }
 
-    /// A wall to the left, ahead and behind, by 360 beams with a noise of 2 cm: it lies where it
-    /// is in either half, and the noise is smaller.
+    /// A wall to the left, ahead and behind, seen by 360 beams with a noise of 2 cm: in both halves
+    /// it is found where it is, and with less noise.
     #[test]
     fn noise_does_not_choose_the_points_of_a_wall() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
@@ -319,7 +319,7 @@ mod tests {
         for (_, point) in &found {
             assert!((point.normal + Vector2::x()).length() < 1e-9, "{point:?}");
         }
-        // One more point on it has a normal by those that were there before.
+        // With these, one more point on the wall has a normal.
         let before: Vec<_> = found.iter().map(|(_, p)| p.position).collect();
         let one = scan_of_hits([Point2::new(2.0, 0.52)]);
         assert!(oriented_cloud(&one, &[]).is_empty());
@@ -327,7 +327,7 @@ mod tests {
     }
 
     /// A room of 4 x 3 m, and noise of 1 cm: walls become half as thick, and without noise corners
-    /// stay within 2 cm of where they are.
+    /// stay within 2 cm of their true place.
     #[test]
     fn hits_are_moved_onto_their_walls_and_not_round_corners() {
         let corners = [[-1.5, -1.0], [2.5, -1.0], [2.5, 2.0], [-1.5, 2.0]].map(Point2::from);

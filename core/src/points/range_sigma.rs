@@ -6,13 +6,13 @@
 //! 1. Two readings of the same beam in successive scans differ by √2 σ: no mean is needed, and slow
 //!    drift cancels (von Neumann 1941, "Distribution of the ratio of the mean square successive
 //!    difference to the variance").
-//! 2. Differences are gathered in bins of range. Those beyond [`CLIP`] deviations are
-//!    outliers, edges and people, and are skipped, again and again until none is.
+//! 2. Differences are gathered in bins of range. Those beyond [`CLIP`] deviations are outliers,
+//!    edges and people, and are skipped; this is repeated until none is left.
 //! 3. σ of a bin of n differences is known to σ √3 / (2 √n) (same paper, for large n); a and b
 //!    follow by weighted least squares.
 //!
-//! Why differences: the variance about a mean of its own for each beam needs long recordings, and
-//! counts a door that was opened for noise.
+//! Why differences: the variance about the mean of each beam needs long recordings, and counts a
+//! door that was opened as noise.
 
 #[cfg(test)]
 mod tests;
@@ -23,16 +23,16 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::robot::Scan;
 
-/// Rounds of skipping what is beyond the clip; noise without outliers needs two.
+/// Most rounds of skipping outliers; noise without outliers needs two.
 const MOST_ROUNDS: usize = 20;
 
 /// How σ grows with the range.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Growth {
-    /// a + b ρ: time of flight.
+    /// a + b ρ: time-of-flight sensors.
     #[default]
     Linear,
-    /// a + b ρ²: triangulation.
+    /// a + b ρ²: triangulation sensors.
     Square,
 }
 
@@ -40,10 +40,10 @@ pub enum Growth {
 const BIN: f64 = 0.5;
 /// Differences beyond this many deviations are skipped.
 const CLIP: f64 = 4.0;
-/// Fewest differences in a bin that counts.
+/// Fewest differences in a bin for the bin to count.
 const LEAST_IN_BIN: usize = 50;
 
-/// σ(ρ), with its doubts.
+/// σ(ρ), with its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SigmaFit {
     /// How it grows.
@@ -52,27 +52,27 @@ pub struct SigmaFit {
     pub coefficients: Vector2<f64>,
     /// Covariance of a and b.
     pub cov: Matrix2<f64>,
-    /// Squared misfit of the bins over their variance; about the number of bins less two where the
+    /// Squared misfit of the bins over their variance; about the number of bins minus two if the
     /// growth is the right one.
     pub chi_squared: f64,
-    /// What it was fitted to.
+    /// The bins to which it was fitted.
     pub bins: Vec<SigmaBin>,
 }
 
-/// The readings within one stretch of range.
+/// The readings within one interval of range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SigmaBin {
     /// Mean range, m.
     pub range: f64,
     /// Standard deviation of a reading, m.
     pub sigma: f64,
-    /// Differences that were used.
+    /// Number of differences that were used.
     pub used: usize,
-    /// Differences that were skipped.
+    /// Number of differences that were skipped.
     pub clipped: usize,
 }
 
-/// σ(ρ) to use instead of what a scan says of itself.
+/// σ(ρ) to use instead of the values given by a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangeSigma {
     /// How it grows.
@@ -81,7 +81,7 @@ pub struct RangeSigma {
     pub constant: f64,
     /// b, m/m or m/m².
     pub slope: f64,
-    /// σ is not less than this, m, more than 0: a fit may run below 0 where nothing was measured.
+    /// Least value of σ, m, more than 0: a fit may fall below 0 where nothing was measured.
     pub least: f64,
 }
 
@@ -98,27 +98,27 @@ impl RangeSigma {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SigmaError {
-    /// Scans of different sensors.
+    /// The scans come from different sensors.
     #[error(
         "scan {scan} has {found} beams and the first has {expected}: they are not of one sensor"
     )]
     Uneven {
         /// Number of the scan, from 0.
         scan: usize,
-        /// Its beams.
+        /// Its number of beams.
         found: usize,
-        /// Beams of the first.
+        /// Number of beams of the first scan.
         expected: usize,
     },
-    /// Too few readings, or all at one range.
+    /// There are too few readings, or all at one range.
     #[error(
         "{bins} bins of range have {LEAST_IN_BIN} differences or more, expected at least 3; record longer, or where ranges vary"
     )]
     TooFew {
-        /// Bins with enough.
+        /// Number of bins with enough readings.
         bins: usize,
     },
-    /// Readings without any noise, as from a perfect simulation: no bin has a weight.
+    /// The readings have no noise at all, as from a perfect simulation, so no bin has a weight.
     #[error("the readings at {range:.2} m do not differ at all: there is no noise to estimate")]
     NoNoise {
         /// Mean range of the bin, m.
@@ -133,7 +133,8 @@ impl SigmaFit {
         self.coefficients.dot(&self.growth.terms(range))
     }
 
-    /// To be used for other scans of the sensor; not below half of the least that was measured.
+    /// A function for use with other scans of the sensor, not below half of the least value that
+    /// was measured.
     #[must_use]
     pub fn to_use(&self) -> RangeSigma {
         let least = self.bins.iter().map(|bin| bin.sigma);
@@ -146,8 +147,8 @@ impl SigmaFit {
     }
 }
 
-/// Estimates σ(ρ) from stretches of scans. In each, a sensor that did not move took one scan after
-/// the other; between two stretches it may have moved.
+/// Estimates σ(ρ) from stretches of scans. In each stretch a sensor that did not move took one scan
+/// after another; between two stretches it may have moved.
 ///
 /// # Errors    [`SigmaError`]: scans of different sensors in one stretch, too few readings.
 pub fn estimate_sigma(stretches: &[&[Scan]], growth: Growth) -> Result<SigmaFit, SigmaError> {
@@ -165,7 +166,7 @@ pub fn estimate_sigma(stretches: &[&[Scan]], growth: Growth) -> Result<SigmaFit,
 /// (range, difference) of successive readings, by bin.
 type Bins = BTreeMap<u32, Vec<(f64, f64)>>;
 
-/// Those of the same beam, within each stretch.
+/// The differences of the same beam, within each stretch.
 fn differences(stretches: &[&[Scan]]) -> Result<Bins, SigmaError> {
     let mut bins = Bins::new();
     for scans in stretches {
@@ -185,7 +186,7 @@ fn differences(stretches: &[&[Scan]]) -> Result<Bins, SigmaError> {
 }
 
 fn compare(before: &Scan, after: &Scan, bins: &mut Bins) {
-    // The greatest range is what some sensors say where nothing came back.
+    // Some sensors report the greatest range if nothing came back.
     let is_reading = |r: &f64| r.is_finite() && *r < before.max_range;
     for (&first, &second) in before.ranges.iter().zip(&after.ranges) {
         let (first, second) = (f64::from(first), f64::from(second));

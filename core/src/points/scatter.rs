@@ -4,7 +4,8 @@ use nalgebra::Vector2;
 
 use crate::geom::Length;
 
-/// A surface counts as a line while the scatter across is less than this part of that along.
+/// A surface counts as a line while the scatter across it is less than this fraction of the scatter
+/// along it.
 pub(crate) const MAX_FLATNESS: f64 = 0.1;
 
 /// Sums of a set of points, enough for their principal directions.
@@ -30,7 +31,7 @@ impl Scatter {
         self.sum / self.count.max(1.0)
     }
 
-    /// The direction across, if the points form a line.
+    /// The direction across the line, if the points form one.
     pub(crate) fn normal(&self) -> Option<Vector2<f64>> {
         if self.count < 3.0 {
             return None;

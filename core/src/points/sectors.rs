@@ -1,17 +1,17 @@
-//! One reading for each sector of a scan, and when a sector without return is believed.
+//! One reading for each sector of a scan, and when a sector without a return counts as free.
 //!
 //! In: a scan, and how wide a sector is. Out: a scan of as many beams as there are sectors with a
 //! beam in them.
 //!
 //! 1. A beam belongs to the sector ⌊(bearing + π) / width⌋ of those that divide the circle evenly.
-//! 2. No returns count: where more than [`SectorConfig::no_returns`] of a sector's beams came back
-//!    with nothing, nothing is there. Fewer are errors, and do not count. Celej's sensor said 20
-//!    000 mm now and then where a wall was, and the map had free cells behind it.
-//! 3. Else the sector's range is the least of its valid ones, or their mean, with the σ that
-//!    belongs to it; without a valid one the sector is invalid.
+//! 2. Missing returns count: if more than [`SectorConfig::no_returns`] of a sector's beams came
+//!    back with nothing, nothing is there. Fewer are errors, and do not count. Celej's sensor
+//!    reported 20 000 mm now and then where a wall was, and the map had free cells behind it.
+//! 3. Otherwise the sector's range is the least of its valid ones, or their mean, with the
+//!    corresponding σ; without a valid one the sector is invalid.
 //!
-//! The new beam looks along the middle of its sector, and its direction is as uncertain as a
-//! uniform one over the width.
+//! The new beam points along the middle of its sector, and its direction is as uncertain as a
+//! uniform distribution over the width.
 //!
 //! Source: Celej §4 (`measurement`: sectors of at least 10°) and §7 (`errcount`).
 
@@ -20,17 +20,17 @@ use std::f64::consts::{PI, TAU};
 use crate::bounds::config;
 use crate::robot::Scan;
 
-/// Which range stands for a sector.
+/// Which range represents a sector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SectorRange {
-    /// The least: nothing stands nearer.
+    /// The least: nothing is nearer.
     Least,
-    /// The mean: less noise, and what stands out is smoothed away.
+    /// The mean: less noise, but details that stand out are smoothed away.
     Mean,
 }
 
 impl SectorRange {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All variants, with their names in settings and their names for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("least", Self::Least, "the least range"),
         ("mean", Self::Mean, "the mean range"),
@@ -51,10 +51,10 @@ config! {
     }
 }
 
-/// What the beams of a sector said.
+/// What is gathered of the beams of a sector.
 #[derive(Clone, Copy, Default)]
 struct Sector {
-    /// Its first beam, while it has any.
+    /// Its first beam, if it has any.
     first: Option<usize>,
     no_returns: usize,
     valid: usize,
@@ -90,8 +90,8 @@ impl Sector {
     }
 }
 
-/// Reduces a scan to sectors, in the order in which it came to them; sectors without a beam are
-/// skipped.
+/// Reduces a scan to sectors, in the order in which the scan reaches them; sectors without a beam
+/// are skipped.
 #[must_use]
 pub fn sectors(scan: &Scan, config: &SectorConfig) -> Scan {
     let count = (TAU / config.width.clamp(1e-3, TAU)).ceil() as usize;
@@ -151,7 +151,7 @@ mod tests {
         }
     }
 
-    /// Of 36 sectors, that which holds bearing 0.05.
+    /// Of 36 sectors, the one that holds bearing 0.05.
     fn ahead(scan: &Scan, config: &SectorConfig) -> (f64, f32, f32) {
         let reduced = sectors(scan, config);
         let at = reduced

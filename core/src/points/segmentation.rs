@@ -4,10 +4,10 @@
 //! 2. Two neighbours belong together while the [`BreakRule`] says so.
 //! 3. On a full circle, if the robot stood, the last run is joined to the first by the same rule. A
 //!    circle without any break starts at the farthest beam: along a straight wall the range has no
-//!    inner maximum, so that is a corner.
+//!    interior maximum, so that beam is at a corner.
 //!
 //! Angles between beams come from cross and dot products: no transcendental call per beam. Most
-//! neighbours belong together by far; those are found four at a time.
+//! neighbours clearly belong together; those are found four at a time.
 
 mod rules;
 
@@ -39,7 +39,7 @@ config! {
 pub struct Run {
     /// Index of the first beam in [`Points::beams`].
     pub first: usize,
-    /// Number of beams; past the last beam it goes on with beam 0.
+    /// Number of beams; after the last beam it continues with beam 0.
     pub len: usize,
 }
 
@@ -50,8 +50,8 @@ impl Run {
         points.beams[head].iter().chain(&points.beams[tail])
     }
 
-    /// The beams of the run in two pieces: up to the end of a scan of `n_beams`, and on from
-    /// beam 0.
+    /// The beams of the run in two pieces: up to the end of a scan of `n_beams`, and from beam 0
+    /// on.
     #[must_use]
     pub fn ranges(&self, n_beams: usize) -> [Range<usize>; 2] {
         let first = self.first.min(n_beams);
@@ -114,7 +114,7 @@ fn collect(beams: &[Beam], rule: &impl Joins, runs: &mut Vec<Run>) {
     close_circle(beams, rule, runs);
 }
 
-/// Joins the last run to the first where the scan is a full circle.
+/// Joins the last run to the first if the scan is a full circle.
 fn close_circle(beams: &[Beam], rule: &impl Joins, runs: &mut Vec<Run>) {
     let (Some(first_beam), Some(second), Some(last_beam)) =
         (beams.first(), beams.get(1), beams.last())
@@ -125,7 +125,7 @@ fn close_circle(beams: &[Beam], rule: &impl Joins, runs: &mut Vec<Run>) {
         (a.end_in_robot - a.origin_in_robot).perp(&(b.end_in_robot - b.origin_in_robot))
     };
     let goes_on = turn(last_beam, first_beam) * turn(first_beam, second) > 0.0;
-    // A moving robot saw both sides of the seam a whole sweep apart: no wall is known that well
+    // A moving robot saw both sides of the seam a whole sweep apart: no wall is known well enough
     // across it.
     let stood = (last_beam.origin_in_robot - first_beam.origin_in_robot).length() < 1e-3;
     let is_seen = first_beam.is_hit && last_beam.is_hit;

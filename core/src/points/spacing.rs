@@ -1,4 +1,4 @@
-//! The distance to expect between neighbouring points: k(ρ) = a ρ + b.
+//! The expected distance between neighbouring points: k(ρ) = a ρ + b.
 //!
 //! Source: Pilch 2016 §3.5.1, the distance coefficient; **Erratum** of the specification: eq. (3.6)
 //! gives no units. 22.3 mm at 1 m with 280 samples a turn is a = 2π/280, b = 0 in metres.
@@ -9,18 +9,18 @@ use nalgebra::Vector2;
 
 use super::Points;
 
-/// The expected distance of neighbouring points on a surface at right angles to the beam: k(ρ) = a
-/// ρ + b.
+/// The expected distance k(ρ) = a ρ + b of neighbouring points on a surface perpendicular to the
+/// beam.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpacingModel {
-    /// m per m of range; the step in bearing, rad, for an ideal sensor.
+    /// m per m of range; for an ideal sensor this is the step in bearing, rad.
     pub slope: f64,
     /// m at range 0.
     pub offset: f64,
 }
 
 impl SpacingModel {
-    /// That of an ideal sensor with `samples_per_turn` evenly spaced beams.
+    /// The spacing of an ideal sensor with `samples_per_turn` evenly spaced beams.
     ///
     /// # Example
     /// ```
@@ -36,7 +36,8 @@ impl SpacingModel {
         }
     }
 
-    /// That of the scan: the median step in bearing from beam to beam. 0 for fewer than two beams.
+    /// The spacing of a scan, from the median step in bearing between beams. 0 for fewer than two
+    /// beams.
     #[must_use]
     pub fn of(points: &Points) -> Self {
         let rays = points

@@ -1,7 +1,7 @@
-//! Some of a list.
+//! An even selection of a list.
 
-/// At most `most` of them, evenly chosen: each so many, the first one being number `turn`, or so
-/// many times less that there is none before it.
+/// At most `most` entries, evenly spaced. `turn` selects the offset of the first one, modulo the
+/// spacing.
 pub(crate) fn thinned<T: Copy>(all: &[T], most: usize, turn: usize) -> Vec<T> {
     let step = all.len().div_ceil(most.max(1)).max(1);
     all.iter()

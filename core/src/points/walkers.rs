@@ -4,29 +4,29 @@
 //! scan that belong to a walker, or to one who stopped a few seconds ago and may walk on.
 //!
 //! 1. Correct the motion since the previous scan by the turn that odometry missed ([`turn`]).
-//!    Slipping tracks turn a robot by five degrees in half a metre straight on, and every wall seen
+//!    Slipping tracks turn a robot by five degrees in half a metre straight on, and then every wall
 //!    at a flat angle would seem to walk.
 //! 2. A hit has entered free space if an older scan saw past it: all its beams in that direction,
-//!    and a little to either side for the odometry since, ended behind it. What was hidden then has
-//!    not entered; nor has what lay in a gap between beams. A moving robot's beams do not start at
-//!    one place, so each is compared from its own origin, or every edge that comes into sight would
-//!    seem to walk.
-//! 3. Two such hits beside each other, in two scans, are a place where somebody walks. One alone
-//!    may be noise.
+//!    and a little to each side for the error of odometry since, ended behind it. What was hidden
+//!    then, or lay in a gap between beams, has not entered. The beams of a moving robot do not
+//!    start at one place, so each is compared from its own origin; otherwise every edge that comes
+//!    into sight would seem to walk.
+//! 3. Two such hits beside each other, in two scans, mark a place where somebody walks. A single
+//!    hit may be noise.
 //! 4. Hits near such a place belong to it. The place is forgotten when nothing is near it any more,
-//!    and at the latest [`MEMORY`] after somebody was last seen to walk there (a
-//!    second for each scan that saw them walk): whoever paused may walk on, and what only seemed to
+//!    and at the latest [`MEMORY`] after somebody was last seen to walk there (a second for each
+//!    scan that saw them walk): somebody who paused may walk on, and something that only seemed to
 //!    move is soon forgotten.
 //!
 //! A sensor that sweeps only when the robot stands is too slow for this; [`Walkers::partial_scan`]
 //! compares single readings on the move with its last scan.
 //!
-//! A robot that turns by half a radian a second or more sees fast walkers only: its heading is too
-//! uncertain for more.
+//! A robot that turns by half a radian a second or more sees only fast walkers: its heading is too
+//! uncertain to see others.
 //!
-//! Ours; step 2 is the test of visibility by which Lindström & Eklundh (2001), "Detecting and
-//! tracking moving objects from a mobile platform using a laser range scanner", find what violates
-//! the free room.
+//! Ours; step 2 is the visibility test by which Lindström & Eklundh (2001), "Detecting and tracking
+//! moving objects from a mobile platform using a laser range scanner", find what violates free
+//! space.
 
 mod partial_scan;
 mod turn;
@@ -40,9 +40,9 @@ use super::{Beam, Points};
 use crate::geom::{Length, Pose2, sin_cos};
 use crate::robot::Stamp;
 
-/// How far away walkers are searched for, m: a robot must know of them there to stop in time.
+/// Range within which walkers are searched for, m: a robot must know of them there to stop in time.
 const REACH: f64 = 4.0;
-/// How far an older beam has to go on behind a hit, m: eight times a lidar's noise. Larger: slow
+/// How far an older beam has to extend behind a hit, m: eight times a lidar's noise. Larger: slow
 /// walkers are seen later.
 const BEHIND: f64 = 0.08;
 /// Hits this near to a place where somebody walked belong to that walker, m: about the radius of a
@@ -51,41 +51,41 @@ const SIZE: f64 = 0.3;
 /// A walker who stands still may walk on for this long, s: people in each other's way stand for
 /// more than five, and then step aside.
 const MEMORY: f64 = 15.0;
-/// Scans that are kept to compare with: two thirds of a second of a lidar at 5.5 Hz.
+/// Number of scans kept for comparison: two thirds of a second of a lidar at 5.5 Hz.
 const KEPT: usize = 3;
-/// Older scans say nothing, s: a sensor that scans on command is too slow.
+/// Greatest age of a scan for comparison, s: a sensor that scans on command is too slow.
 const OLDEST: f64 = 1.0;
-/// Beams farther apart than this are no picture of free room, rad.
+/// Beams farther apart than this give no picture of free space, rad.
 const COARSE: f64 = 0.06;
-/// By how much odometry may err: part of a way; and of a turn, whose errors grow with its root:
-/// four and a half standard deviations of tracks that slip by 5e-3 rad²/rad.
+/// Possible error of odometry: a fraction of the distance; and in a turn, with errors that grow
+/// with its root: four and a half standard deviations for tracks that slip by 5e-3 rad²/rad.
 const DRIFT: f64 = 0.06;
 const TURN_DRIFT: f64 = 0.32;
-/// By how much tracks that slip may turn a robot that drives straight on: as many standard
-/// deviations, which grow with the root of the way (1e-3 m²/m for each of two tracks 0.33 m apart),
-/// rad for the first metre.
+/// Possible turn by slip of a robot that drives straight on: as many standard deviations, which
+/// grow with the root of the distance (1e-3 m²/m for each of two tracks 0.33 m apart), rad for the
+/// first metre.
 const WAY_DRIFT: f64 = 0.61;
-/// Whoever was seen to walk in few scans is not remembered for long, s for each: it may have been
-/// an error of the odometry.
+/// A walker is remembered for this long for each scan that saw them walk, s: after few scans it may
+/// have been an error of the odometry.
 const PER_SIGHTING: f64 = 1.0;
-/// Scans that must have seen somebody walk: one alone may be an error of the odometry.
+/// Number of scans that must have seen somebody walk: a single one may be an error of the odometry.
 const CONFIRMED: u32 = 2;
-/// Widest direction that is compared, to either side, rad.
+/// Widest window of directions that is compared, to each side, rad.
 const SEAM: f64 = 0.5;
-/// What is nearer to the sensor is taken to be so far, m.
+/// Least distance from the sensor that is used, m: anything nearer counts as this far.
 const NEAR: f64 = 0.1;
-/// Least number of beams that have to look past a hit, and least part of those that fit there: the
-/// sweep of a robot that turns leaves directions out.
+/// Least number of beams that have to look past a hit, and least fraction of those that fit there:
+/// the sweep of a turning robot leaves directions out.
 const LEAST_BEAMS: f64 = 3.0;
 const COVERED: f64 = 0.7;
 
-/// Finds walkers; has seen nobody by default.
+/// Finds walkers; by default none were seen yet.
 #[derive(Clone, Debug, Default)]
 pub struct Walkers {
-    /// Newest at the back.
+    /// Older scans, the newest at the back.
     past: VecDeque<Past>,
     places: Vec<Place>,
-    /// By single readings since the last scan.
+    /// Walkers that single readings found since the last scan.
     newcomers: Vec<partial_scan::Newcomer>,
     points: Vec<Point2<f64>>,
 }
@@ -98,29 +98,29 @@ struct Past {
     now_from_then: Pose2,
     sensor: Point2<f64>,
     hits: Vec<Point2<f64>>,
-    /// By bearing; those within [`SEAM`] of ±π twice, a turn apart.
+    /// Beams by bearing; those within [`SEAM`] of ±π appear twice, a full turn apart.
     beams: Vec<PastBeam>,
     spacing: f64,
-    /// How far from `sensor` beams began: the robot drove during the sweep, m.
+    /// How far from `sensor` beams began, because the robot drove during the sweep, m.
     parallax: f64,
 }
 
-/// One of its beams, from where it began.
+/// A beam of an older scan, from its origin.
 #[derive(Clone, Copy, Debug)]
 struct PastBeam {
     bearing: f64,
     origin: Point2<f64>,
-    /// Of length 1.
+    /// Unit direction.
     along: Vector2<f64>,
     range: f64,
 }
 
-/// Where somebody walked, robot frame now, and when.
+/// Where somebody walked, in the current robot frame, and when.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     at: Point2<f64>,
     walked: Stamp,
-    /// In how many scans.
+    /// Number of scans that saw it.
     sightings: u32,
 }
 
@@ -147,7 +147,7 @@ impl Walkers {
         }
     }
 
-    /// Points of those that walk or may walk on, robot frame at the newest scan, m.
+    /// Points of walkers, and of people who may walk on, robot frame at the newest scan, m.
     #[must_use]
     pub fn points(&self) -> &[Point2<f64>] {
         &self.points
@@ -186,7 +186,7 @@ impl Walkers {
 
     /// Step 4.
     fn keep_places(&mut self, hits: &[Point2<f64>], now: Stamp) {
-        // Newest first, so that of places that are one the one with the newest time is kept.
+        // Newest first, so that of coinciding places the one with the newest time is kept.
         self.places
             .sort_by_key(|place| std::cmp::Reverse(place.walked));
         let mut kept: Vec<Place> = vec![];
@@ -222,7 +222,7 @@ impl Past {
         }
         let (_, spacing, _) = gaps.select_nth_unstable_by(middle, f64::total_cmp);
         let spacing = *spacing;
-        // Those beside the seam at ±π stand on both sides of it.
+        // Those near the seam at ±π appear on both sides of it.
         let round = beams.iter().filter(|beam| beam.bearing.abs() > PI - SEAM);
         let turned = |beam: &PastBeam| PastBeam {
             bearing: beam.bearing - beam.bearing.signum() * TAU,
@@ -242,8 +242,8 @@ impl Past {
         })
     }
 
-    /// Whether all beams towards a point (robot frame now) went on behind it, by `behind` metres.
-    /// Odometry may err in a turn by `turn_drift` rad for the first radian.
+    /// Whether all beams towards a point (current robot frame) extended behind it, by `behind`
+    /// metres. Odometry may err in a turn by `turn_drift` rad for the first radian.
     fn looked_past(&self, point: Point2<f64>, behind: f64, turn_drift: f64) -> bool {
         let point = self.now_from_then.inverse() * point;
         let to = point - self.sensor;
@@ -291,10 +291,10 @@ impl PastBeam {
     }
 }
 
-/// The turn about the sensor that odometry missed since the scan before: it takes what stands where
-/// odometry has it in the robot frame now to where it is (step 1 of [`Walkers`]). `before` are hits
-/// of the scan before, in the robot frame then; `moved` is `robot_before_from_robot_now` by
-/// odometry.
+/// The turn about the sensor that odometry missed since the scan before: it takes things from where
+/// odometry puts them in the current robot frame to where they are (step 1 of [`Walkers`]).
+/// `before` are hits of the scan before, in the robot frame of that time; `moved` is
+/// `robot_before_from_robot_now` by odometry.
 pub(crate) fn unreported_turn(
     before: impl Iterator<Item = Point2<f64>>,
     moved: &Pose2,
@@ -314,7 +314,7 @@ pub(crate) fn unreported_turn(
 #[cfg(test)]
 mod tests;
 
-/// How far from the sensor's place at the end of a sweep its beams began, m.
+/// How far from the sensor's position at the end of a sweep its beams began, m.
 fn parallax(points: &Points) -> f64 {
     let begins = points.beams.iter().map(|beam| beam.origin_in_robot);
     begins

@@ -10,14 +10,14 @@ use crate::slam::{Method, SlamConfig};
 pub struct SessionConfig {
     /// The robot's figures.
     pub robot: RobotModel,
-    /// Whether its sensor scans only on command, the robot standing.
+    /// Whether its sensor scans only on command, while the robot stands.
     pub scans_on_command: bool,
-    /// Whether somebody drives it by what is seen; nobody does in a recording, and people who walk
-    /// about are not looked for.
+    /// Whether somebody drives the robot by what is seen; nobody does in a recording, and then
+    /// walkers are not searched for.
     pub is_driven: bool,
     /// How the pose is estimated.
     pub method: Method,
-    /// Of the pilot's random numbers.
+    /// Seed of the pilot's random numbers.
     pub seed: u64,
     /// Settings of the estimation.
     pub slam: SlamConfig,
@@ -28,7 +28,7 @@ pub struct SessionConfig {
 }
 
 impl SessionConfig {
-    /// With these settings: the line filter, on a robot that is driven.
+    /// A session with these settings: the line filter, on a robot that is driven.
     #[must_use]
     pub fn of(settings: &Settings, robot: RobotModel, scans_on_command: bool) -> Self {
         Self {

@@ -1,17 +1,17 @@
-//! The map that the wheels alone would have drawn.
+//! The map that dead reckoning alone would have drawn.
 //!
-//! In: scans, and where dead reckoning has the robot. Out: an occupancy grid in which each scan
-//! lies there. What it shows is why a robot needs more than its wheels: walls come out double, and
-//! corridors bent.
+//! In: scans, and the poses by dead reckoning. Out: an occupancy grid in which each scan lies at
+//! that pose. It shows why a robot needs more than its wheels: walls come out double, and corridors
+//! bent.
 //!
-//! Like the map that is estimated it is drawn of keyframes: what a robot sees that stands still
-//! would only make the same walls thicker.
+//! Like the estimated map it is drawn from keyframes: scans of a robot that stands still would only
+//! make the same walls thicker.
 
 use crate::geom::{Length, Pose2};
 use crate::map::Grid;
 use crate::points::Points;
 
-/// A scan is drawn after this way, m, ...
+/// A scan is drawn after this distance, m, ...
 const SHIFT: f64 = 0.1;
 /// ... or after this turn, rad.
 const TURN: f64 = 0.1;
@@ -20,12 +20,12 @@ const TURN: f64 = 0.1;
 #[derive(Clone, Debug)]
 pub(super) struct DeadReckonedMap {
     grid: Grid,
-    /// Where the robot was by its wheels when a scan was drawn last.
+    /// The pose by dead reckoning at the last scan that was drawn.
     drawn_at: Option<Pose2>,
 }
 
 impl DeadReckonedMap {
-    /// Draws into `grid`, which is empty.
+    /// Draws into `grid`, which must be empty.
     pub(super) fn new(grid: Grid) -> Self {
         Self {
             grid,
@@ -37,7 +37,8 @@ impl DeadReckonedMap {
         &self.grid
     }
 
-    /// Draws what was seen where the wheels have the robot, once it has come a little farther.
+    /// Draws what was seen at the pose by dead reckoning, once the robot has moved a little
+    /// farther.
     pub(super) fn scan(&mut self, points: &Points, map_from_robot: &Pose2) {
         let is_new = self.drawn_at.is_none_or(|before| {
             let way = before.delta_to(map_from_robot);
@@ -72,8 +73,8 @@ mod tests {
         })
     }
 
-    /// By the truth: each scan that is drawn lies on the true walls once it is moved from where the
-    /// wheels have the robot to where it is.
+    /// Checked with the truth: each scan that is drawn lies on the true walls once it is moved from
+    /// its pose by dead reckoning to the true pose.
     #[test]
     fn walls_lie_where_the_wheels_have_them() {
         let world = worlds::builtin("arena").unwrap();
@@ -107,9 +108,9 @@ mod tests {
             off.position().coords.length() > 0.2,
             "the wheels drift: {off:?}"
         );
-        // What was seen just now was drawn just before, with next to no drift in between; but some
-        // walls were seen through when the wheels had them elsewhere. And walls are long: where the
-        // truth has the robot, too, something lies on one.
+        // What was seen just now was drawn just before, with next to no drift in between. But beams
+        // passed through some of those walls when the dead-reckoned pose was elsewhere. And walls
+        // are long: at the true pose, too, some hits lie on a wall.
         let [there, in_truth] = [by_wheels, run.truth() * moved].map(|pose| part(&pose));
         assert!(there > 0.5, "{there}");
         assert!(in_truth < there - 0.2, "{in_truth} of {there}");

@@ -1,12 +1,12 @@
-//! What the stages of a scan gave, for people who follow the cycle (TDK 2016 §6.3).
+//! The results of the stages of a scan, for people who follow the cycle (TDK 2016 §6.3).
 
 use crate::geom::PoseEstimate;
 use crate::pilot::StageReport;
 use crate::points::Points;
 use crate::slam::Slam;
 
-/// Scan, lines, localise and map, once `slam` has taken in a scan; `before` is what it estimated
-/// just before.
+/// Reports of scan, lines, localise and map, once `slam` has taken in a scan; `before` is what it
+/// estimated just before.
 pub(super) fn of_scan(slam: &Slam, before: &PoseEstimate) -> [StageReport; 4] {
     let view = slam.view();
     let (lines, walls) = (view.features, view.landmarks);

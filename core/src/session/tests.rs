@@ -1,4 +1,4 @@
-//! One loop, whatever feeds it.
+//! The loop gives the same result whatever feeds it.
 
 use super::*;
 use crate::experiment::{CONTROL_PERIOD, Experiment, ExperimentConfig};
@@ -20,8 +20,8 @@ fn hash_of(session: &Session) -> u64 {
     hash.finish()
 }
 
-/// The loop of an experiment by hand: the session at its end, and what was fed to it, as a bridge
-/// would say it.
+/// The loop of an experiment by hand: returns the session at its end, and what was fed to it, in
+/// the messages of a bridge.
 fn driven(config: ExperimentConfig, steps: usize) -> (Session, Vec<(u64, FromBridge)>) {
     let mut sim = Simulation::new(config.world, config.robot, config.sensor, config.seed).unwrap();
     let mut session = Session::new(SessionConfig {
@@ -60,7 +60,7 @@ fn driven(config: ExperimentConfig, steps: usize) -> (Session, Vec<(u64, FromBri
     (session, said)
 }
 
-/// A session that is fed with what a bridge said, and by nobody else.
+/// A session that is fed only with the messages of a bridge.
 fn fed(config: SessionConfig, said: &[(u64, FromBridge)]) -> Session {
     let mut session = Session::new(config).unwrap();
     for (_, message) in said {
@@ -148,7 +148,7 @@ fn the_same_readings_give_the_same_bits_whatever_the_source() {
         let settings = log.settings();
         let mut replay = Replay::new(log, Method::LineEkf, &settings).unwrap();
         while replay.step().unwrap() {}
-        // A recording ends with its last scan; what was driven after that is in none.
+        // A recording ends with its last scan, so the drive after it is missing.
         assert_eq!(replay.session().scans(), session.scans());
         let [recorded, fed] = [replay.session(), &session].map(|s| s.slam().trajectory());
         assert_eq!(recorded, fed, "recorded");

@@ -15,22 +15,22 @@ use crate::tracking::TrackingConfig;
 /// Settings of every stage.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SlamConfig {
-    /// What is kept of a scan.
+    /// Which points of a scan are kept.
     pub points: PointConfig,
     /// How a scan is reduced to sectors before anything else. Default none: every beam counts.
     pub sectors: Option<SectorConfig>,
-    /// What is remembered of things too near to be seen.
+    /// What is remembered of things in the blind zone.
     pub blind_zone: BlindZoneConfig,
-    /// What moves, and how it is kept out of pose and map.
+    /// How moving things are tracked and kept out of pose and map.
     pub tracking: TrackingConfig,
     /// How lines are found.
     pub lines: LineConfig,
-    /// Which points are found beside them: to be looked at, and as landmarks of the filter where
+    /// Which points are found beside them: to be shown, and as landmarks of the filter if
     /// [`EkfConfig::landmarks`] asks for them.
     pub point_features: PointFeatureConfig,
     /// The filter over lines.
     pub ekf: EkfConfig,
-    /// The scan matcher, with the grid that it redraws after closing a loop.
+    /// The scan matcher, with the grid that it redraws after a loop closure.
     pub matcher: ScanMatcherConfig,
     /// Grid mapping by particles.
     pub grid_particles: GridParticlesConfig,
@@ -40,22 +40,22 @@ pub struct SlamConfig {
     pub evidence: EvidenceConfig,
     /// Sonars beside the main sensor.
     pub sonars: SonarsConfig,
-    /// The map that a method finds the robot in ([`Method::needs_prior_map`]).
+    /// The map in which a method localises the robot ([`Method::needs_prior_map`]).
     ///
     /// [`Method::needs_prior_map`]: super::Method::needs_prior_map
     pub prior_map: PriorMap,
-    /// What of a scan is found in it. Default surfaces; with rangers, whose few readings stand in
-    /// many places equally well, lines.
+    /// Which parts of a scan are matched to it. Default surfaces; for rangers, whose few readings
+    /// fit many places equally well, lines.
     pub prior_map_matching: PriorMapMatching,
-    /// The saved map that scan matching goes on in. Default none: it begins with an empty one.
+    /// The saved map in which scan matching goes on. Default none: it begins with an empty one.
     pub saved_map: Option<EarlierMap>,
-    /// The particles that find the robot in it, wherever it is.
+    /// The particles that localise the robot in the prior map, wherever it is.
     pub particles: MonteCarloConfig,
-    /// The cells of poses by which it is found in a small one.
+    /// The pose cells by which it is localised in a small map.
     pub histogram: HistogramConfig,
 }
 
-/// A saved map to go on in, and where in it the robot is.
+/// A saved map to go on in, and the robot's start in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EarlierMap {
     /// The map.
@@ -65,9 +65,9 @@ pub struct EarlierMap {
 }
 
 impl SlamConfig {
-    /// For a sensor that scans only on command: it sees each cell a few times at most, little of
-    /// each wall, and from afar in terms of odometry. It takes Celej's quicker grid, and the
-    /// `short_range` figures of lines, filter, grid and what is near.
+    /// For a sensor that scans only on command: it sees each cell a few times at most and little of
+    /// each wall, with long drives by odometry between scans. It takes Celej's quicker grid, and
+    /// the `short_range` figures of lines, filter, grid and blind zone.
     #[must_use]
     pub fn short_range() -> Self {
         Self {

@@ -1,19 +1,19 @@
-//! What a method without a map of its own has drawn.
+//! What is drawn for a method without a map of its own.
 //!
-//! A robot that is lost in its prior map needs a map to drive by, and nothing of what it draws then
-//! belongs into the other. So it draws one beside it, which is dropped when the robot is found.
+//! A robot that is lost in its prior map needs a map to drive by, but what it then draws must not
+//! get into the main grid. So it draws a second grid, which is dropped when the robot is found.
 
 use crate::estimation::{Localisation, PoseQuality};
 use crate::map::{Grid, GridConfig, GridError};
 
-/// The map, and the one of a robot that is lost.
+/// The map, and the temporary map of a lost robot.
 #[derive(Debug)]
 pub(super) struct Drawn {
     config: GridConfig,
     grid: Grid,
     /// Begun when the robot got lost.
     while_lost: Option<Grid>,
-    /// How often one took the place of the other.
+    /// How often one replaced the other.
     changes: u64,
 }
 
@@ -27,17 +27,17 @@ impl Drawn {
         })
     }
 
-    /// The one that shows where the robot is.
+    /// The grid that shows where the robot is.
     pub(super) fn grid(&self) -> &Grid {
         self.while_lost.as_ref().unwrap_or(&self.grid)
     }
 
-    /// Grows by one whenever that is another than before.
+    /// Grows by one whenever [`Self::grid`] gives another grid than before.
     pub(super) fn changes(&self) -> u64 {
         self.changes
     }
 
-    /// The one to draw into, of a method that says so of its pose.
+    /// The grid to draw into, given what the method says of its pose.
     pub(super) fn grid_for(
         &mut self,
         quality: Option<PoseQuality>,

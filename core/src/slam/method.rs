@@ -1,4 +1,4 @@
-//! The methods by which a pose is estimated: what each has to do, and the table of all of them.
+//! The methods of pose estimation: what each has to do, and the table of all of them.
 //!
 //! A new method is a file here and a row of the table: everything else (names, settings files,
 //! commands, errors) follows from it.
@@ -21,20 +21,20 @@ use crate::map::Evidence;
 use crate::robot::Odometry;
 use crate::tracking::Matched;
 
-/// What a method does. The map and the trajectory are [`super::Slam`]'s, for a method that does not
-/// change what was drawn.
+/// What a method does. The map and the trajectory are kept by [`super::Slam`], unless the method
+/// changes what was drawn.
 pub(super) trait Estimator: Debug + Send + Sync {
     /// Takes the motion since the last call; readings come in order of time.
     fn predict(&mut self, odometry: &Odometry) -> Result<(), SlamError>;
 
-    /// Takes a scan. Gives what is to be drawn of it at the pose that is believed now; `None` from
+    /// Takes a scan. Returns what is to be drawn of it at the currently believed pose; `None` from
     /// a method with a map of its own ([`View::map`]).
     fn update(&mut self, scan: &PreparedScan) -> Result<Option<Evidence>, SlamError>;
 
     /// Where the robot is now, map frame, the odometry since the last scan included.
     fn estimate(&self) -> PoseEstimate;
 
-    /// How the last scan was found to lie, for those who follow what moves.
+    /// How the last scan was matched, for the tracking of moving objects.
     fn matched(&self) -> Matched {
         Matched {
             motion: None,
@@ -42,25 +42,25 @@ pub(super) trait Estimator: Debug + Send + Sync {
         }
     }
 
-    /// What there is to show.
+    /// What the method can show.
     fn view(&self) -> View<'_> {
         View::default()
     }
 
-    /// Other settings from the next scan on.
+    /// Uses other settings from the next scan on.
     fn reconfigure(&mut self, _config: &SlamConfig) {}
 
-    /// Completes all work that was put off.
+    /// Completes all postponed work.
     fn finish(&mut self) {}
 
-    /// The map that a person may change, of a method that has one.
+    /// The map that a person may change, if the method has one.
     fn editable(&mut self) -> Option<&mut ScanMatcher> {
         None
     }
 }
 
-/// One row for each method: variant, name in commands and saved links, title, where it begins,
-/// meaning for people.
+/// One row for each method: variant, name in commands and saved links, title, constructor, meaning
+/// for people.
 macro_rules! methods {
     ($($variant:ident, $name:literal, $title:literal, $begin:path, $meaning:literal;)*) => {
         /// How the pose is estimated.
@@ -128,7 +128,7 @@ impl Method {
     }
 }
 
-/// There is no method of that name.
+/// No method has that name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no method `{0}`; expected {names}", names = names())]
 pub struct UnknownMethod(String);

@@ -1,4 +1,4 @@
-//! A scan made ready once for all that a method asks of it.
+//! A scan, prepared once with everything that a method asks of it.
 
 use std::borrow::Cow;
 
@@ -8,13 +8,13 @@ use crate::map::Evidence;
 use crate::points::{Beam, MotionHistory, MovedSince, Points};
 use crate::robot::Scan;
 
-/// A scan, with all that helps to understand it.
+/// A scan, and everything needed to interpret it.
 #[derive(Debug)]
 pub(super) struct PreparedScan<'a> {
     pub(super) scan: Cow<'a, Scan>,
-    /// De-skewed by odometry.
+    /// The points, de-skewed by odometry.
     pub(super) points: Points,
-    /// By odometry, since each beam was taken.
+    /// The motion by odometry since each beam was taken.
     pub(super) moved: Vec<MovedSince>,
     pub(super) history: &'a MotionHistory,
     pub(super) config: &'a SlamConfig,
@@ -53,30 +53,31 @@ impl<'a> PreparedScan<'a> {
         self
     }
 
-    /// Variance of the heading that odometry gathered since each beam of the scan was taken, rad².
+    /// Variance of the heading that odometry accumulated since each beam of the scan was taken,
+    /// rad².
     pub(super) fn heading_variances(&self) -> Vec<f64> {
         self.moved.iter().map(|m| m.heading_variance).collect()
     }
 
-    /// How well the direction of each usable beam is known in the robot's frame of now, by the
-    /// heading since it was taken and the sensor, rad.
+    /// Standard deviation of the direction of each usable beam in the robot's current frame, from
+    /// the heading since it was taken and from the sensor, rad.
     pub(super) fn direction_sigmas(&self) -> Vec<f64> {
         sigmas(&self.points, |beam| {
             self.moved.get(beam).map_or(0.0, |m| m.heading_variance)
         })
     }
 
-    /// What the scan surely says by odometry alone.
+    /// The certain evidence of the scan by odometry alone.
     pub(super) fn evidence(&self) -> Evidence {
         self.certain(&self.points, &self.direction_sigmas())
     }
 
-    /// What the scan says by odometry alone if directions of beams are taken as exact.
+    /// The evidence of the scan by odometry alone, with the directions of beams taken as exact.
     pub(super) fn evidence_of_all(&self) -> Evidence {
         Evidence::of(&self.config.evidence.believed(&self.points))
     }
 
-    /// What the scan surely says with its beams taken from these poses, in their order.
+    /// The certain evidence of the scan with its beams taken from these poses, in their order.
     pub(super) fn evidence_from(&self, poses: &[BeamPose]) -> Evidence {
         let placed = |beam: usize| {
             poses
@@ -95,7 +96,8 @@ impl<'a> PreparedScan<'a> {
     }
 }
 
-/// By the sensor and the variance of the heading at each beam of the scan.
+/// Standard deviations of direction, from the sensor and the variance of the heading at each beam
+/// of the scan.
 fn sigmas(points: &Points, heading_variance: impl Fn(usize) -> f64) -> Vec<f64> {
     let bearing = points.bearing_sigma * points.bearing_sigma;
     let sigma = |beam: &Beam| (heading_variance(beam.beam_idx) + bearing).sqrt();

@@ -2,9 +2,9 @@
 //! stands in it.
 //!
 //! A drawn map is not exact: walls of a grid are off by up to half a cell. The filter takes its map
-//! for exact, so that what is not known of the map is added to what is not known of each line seen:
-//! σ of the offset, and √12 σ over its length of the direction, as if both ends were off by
-//! independent errors of about that size.
+//! for exact, so the uncertainty of the map is added to that of each line seen: σ to its offset,
+//! and √12 σ over its length to its direction, as if both ends had independent errors of about that
+//! size.
 
 use std::collections::VecDeque;
 
@@ -13,31 +13,31 @@ use crate::features::LineFeature;
 use crate::geom::{Pose2, PoseEstimate, Segment, pose_cov, sin_cos};
 use crate::points::Points;
 
-/// Scans over which it is judged whether the map fits.
+/// Number of scans over which the fit of the map is judged.
 const JUDGED_SCANS: usize = 30;
-/// Fewer hits in them say nothing.
+/// With fewer hits in them there is no judgement.
 const JUDGED_HITS: usize = 300;
-/// One hit in so many is compared.
+/// One in this many hits is compared.
 const EVERY: usize = 6;
-/// A hit belongs to a wall up to here, m, and three times what is not known of map and reading:
-/// what stands at a wall hides it.
+/// A hit belongs to a wall up to this distance, m, plus three times the uncertainty of map and
+/// reading: what stands at a wall hides it.
 const AT_WALL: f64 = 0.05;
-/// Less of what is hit than this part stands in the map: it is another, or the robot is elsewhere
-/// in it. Furniture and people leave more of a map that fits.
+/// If a smaller fraction of the hits lies on walls of the map, it is another map, or the robot is
+/// elsewhere in it. In a map that fits, more than this remains in spite of furniture and people.
 const FITS_ABOVE: f64 = 0.5;
 
-/// What of a scan is found in the map.
+/// Which parts of a scan are matched to the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PriorMapMatching {
     /// Each of its lines, by the filter of TDK 2016 §3.2.
     Lines,
-    /// All of its surfaces at once, by scan matching.
+    /// All its surfaces at once, by scan matching.
     #[default]
     Surfaces,
 }
 
 impl PriorMapMatching {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All variants, with their names in settings and their names for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("lines", Self::Lines, "lines (TDK 2016)"),
         ("surfaces", Self::Surfaces, "whole scans"),
@@ -77,7 +77,7 @@ impl PriorMap {
         }
     }
 
-    /// Both faces of thin walls, where the robot begins at `world_from_robot`.
+    /// The two faces of each thin wall, for a robot that begins at `world_from_robot`.
     #[must_use]
     pub fn of_walls(walls: impl Iterator<Item = Segment>, world_from_robot: &Pose2) -> Self {
         let both = walls.flat_map(|wall| [wall, Segment::new(wall.b, wall.a)]);
@@ -94,23 +94,25 @@ impl PriorMap {
         }
     }
 
-    /// A line of a scan, as uncertain as scan, map and the heading since it was seen are together:
+    /// A line of a scan with the uncertainty of scan, map and the heading since it was seen:
     /// `heading_variances` by beam, rad².
     pub(super) fn loosened(&self, feature: &LineFeature, heading_variances: &[f64]) -> LineFeature {
         let mut loose = *feature;
-        // Seen from where the robot was then, the line was turned about it, and no nearer.
+        // Seen from where the robot was then, the line was turned about it; its distance did not
+        // change.
         let since = |beam| heading_variances.get(beam).copied().unwrap_or(0.0);
         let (first, last) = (feature.first_beam, feature.last_beam);
         loose.cov[(0, 0)] += since(usize::midpoint(first, last));
-        // While it was swept over, the heading walked at random from the middle beam to either end.
+        // While the line was swept over, the heading walked at random from the middle beam to
+        // either end.
         let walked = 0.5 * (since(first) - since(last)).abs();
         for by_heading in feature.by_heading {
             loose.cov += by_heading * by_heading.transpose() * walked;
         }
         let variance = self.sigma * self.sigma;
         let length = feature.length().max(self.sigma);
-        // The direction errs about the middle of the piece; r is that of the foot point, as far
-        // along the line.
+        // The direction errs about the middle of the piece, but r belongs to the foot point, at
+        // some distance along the line.
         let middle = nalgebra::center(&feature.ends[0], &feature.ends[1]);
         let (sin, cos) = sin_cos(feature.line.alpha());
         let along = cos * middle.y - sin * middle.x;
@@ -127,15 +129,16 @@ fn has_length(face: &Segment) -> bool {
     face.length() > 0.0 && face.length().is_finite()
 }
 
-/// How much of what was hit lately is a wall of the prior map.
+/// Which part of the recent hits lies on walls of the prior map.
 #[derive(Clone, Debug, Default)]
 pub struct PriorMapFit {
-    /// Of each of the last scans: hits that were compared, and those on walls.
+    /// For each of the last scans: hits that were compared, and those on walls.
     scans: VecDeque<[usize; 2]>,
 }
 
 impl PriorMapFit {
-    /// The part of what was hit that stands in the map, 0 to 1; `None` while too little was seen.
+    /// The fraction of the hits that lie on walls of the map, 0 to 1; `None` while too little was
+    /// seen.
     #[must_use]
     pub fn part(&self) -> Option<f64> {
         let add = |[hits, found]: [usize; 2], scan: &[usize; 2]| [hits + scan[0], found + scan[1]];
@@ -150,7 +153,7 @@ impl PriorMapFit {
         self.part().is_some_and(|part| part < FITS_ABOVE)
     }
 
-    /// Takes in a scan from the pose that is believed.
+    /// Takes in a scan from the believed pose.
     pub(super) fn push(&mut self, points: &Points, map_from_robot: &Pose2, known: &PriorMap) {
         let hits = points.beams.iter().filter(|beam| beam.is_hit);
         let mut scan = [0; 2];

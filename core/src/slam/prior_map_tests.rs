@@ -18,7 +18,7 @@ pub(super) fn config() -> SlamConfig {
     }
 }
 
-/// Greatest error of the pose on a drive through `doors`, m, and that of the wheels alone.
+/// Greatest error of the pose on a drive through `doors`, m, and that of dead reckoning.
 fn drive(known: PriorMap, seconds: f64) -> (f64, f64, Experiment) {
     drive_by(PriorMapMatching::default(), known, seconds)
 }
@@ -55,7 +55,7 @@ fn a_robot_that_knows_the_walls_knows_where_it_is() {
         let (error, wheels, experiment) = drive_by(by, PriorMap::default(), 120.0);
         assert!(wheels > 0.2, "the wheels alone are off by {wheels}");
         assert!(error < 0.06, "{by:?}: {error}");
-        // 3 is honest; what a turning lidar does not know of the heading counts.
+        // 3 is honest; a turning lidar's uncertainty of the heading counts.
         let nees = experiment.record().nees_mean().unwrap();
         assert!((1.0..6.0).contains(&nees), "{by:?}: {nees}");
     }
@@ -63,7 +63,7 @@ fn a_robot_that_knows_the_walls_knows_where_it_is() {
 
 #[test]
 fn a_map_that_was_saved_is_a_map_to_be_found_in() {
-    // Drawn by a robot that knew the walls, written and read as files of map_server.
+    // Drawn by a robot that knew the walls, written and read as map_server files.
     let (_, _, first) = drive(PriorMap::default(), 120.0);
     let map = OccupancyMap::of_grid(first.session().slam().grid(), MapMode::Trinary).unwrap();
     let files = map_server::write(&map, MapMode::Trinary, MapImage::Png, "map.png").unwrap();
@@ -71,12 +71,12 @@ fn a_map_that_was_saved_is_a_map_to_be_found_in() {
     let walls = BuildingFile::Map(map).prior_walls().unwrap();
     let known = PriorMap::of_faces(&walls.faces, walls.sigma, &Pose2::identity());
     let (error, wheels, _) = drive(known, 120.0);
-    // Cells are 5 cm, and the greatest error is that of a moment in which few walls are in sight.
-    // With walls at the fronts of their cells it was 8 cm.
+    // Cells are 5 cm, and the greatest error occurs at a moment with few walls in sight. With walls
+    // at the fronts of their cells it was 8 cm.
     assert!(wheels > 0.2 && error < 0.04, "{error} against {wheels}");
 }
 
-/// The walls of a world, as a file with another origin has them: the robot begins there at
+/// The walls of a world as in a file with another origin: the robot begins there at
 /// `file_from_robot`.
 fn in_another_frame(world: &str, file_from_robot: &Pose2) -> PriorMap {
     let world = worlds::builtin(world).unwrap();
@@ -101,7 +101,7 @@ fn where_the_origin_of_the_file_lies_does_not_matter() {
 
 #[test]
 fn a_start_that_is_roughly_known_becomes_exact() {
-    // The robot is said to begin elsewhere in the file than it does: by 15 cm and 4 degrees.
+    // The stated start is wrong: by 15 cm and 4 degrees.
     let truth = Pose2::new(3.0, -2.0, 0.5);
     let said = truth * Pose2::new(0.12, -0.09, 0.07);
     let mut known = in_another_frame("doors", &truth);
@@ -116,7 +116,7 @@ fn a_start_that_is_roughly_known_becomes_exact() {
         ..exact
     };
     let (_, _, experiment) = drive(known, 60.0);
-    // The map frame begins where the robot was said to be, and it was elsewhere.
+    // The map frame begins at the stated start, but the robot was elsewhere.
     let truth_in_map = to * experiment.truth();
     let off = (experiment.session().estimate().pose.position() - truth_in_map.position()).length();
     assert!(off < 0.05, "{off}");
@@ -158,7 +158,7 @@ fn a_map_of_another_building_or_place_does_not_fit() {
         let fit = fit(by, known);
         assert!(fit.is_misfit(), "{by:?}: {:?}", fit.part());
     }
-    // Whole scans find where in the right map the robot is.
+    // Whole scans find the robot's place in the right map.
     let found = fit(PriorMapMatching::Surfaces, &elsewhere);
     assert!(!found.is_misfit(), "{:?}", found.part());
     let plain = Slam::new(Method::LineEkf, config()).unwrap();

@@ -1,4 +1,4 @@
-//! What a run shows: estimate, map, what was seen and understood, and how far it can be trusted.
+//! What a run shows: estimate, map, what was seen and recognised, and how far it can be trusted.
 
 use nalgebra::{Matrix3, Point2};
 
@@ -31,7 +31,8 @@ impl Slam {
         self.estimator.estimate()
     }
 
-    /// The occupancy grid. While a robot is lost in its prior map: what it has drawn since.
+    /// The occupancy grid. While a robot is lost in its prior map: the grid drawn since it got
+    /// lost.
     #[must_use]
     pub fn grid(&self) -> &Grid {
         grid_of(&*self.estimator, &self.drawn)
@@ -43,7 +44,7 @@ impl Slam {
         &self.vector
     }
 
-    /// What the method shows of itself: what it saw, understood and learned.
+    /// What the method shows of itself: what it saw, recognised and learned.
     #[must_use]
     pub fn view(&self) -> View<'_> {
         self.estimator.view()
@@ -56,7 +57,7 @@ impl Slam {
     }
 
     /// Corners, spikes, crossings and circles of the last scan, in the robot frame when it came.
-    /// They are found when they are asked for.
+    /// They are extracted by this call.
     ///
     /// # Errors    [`SlamError::Lines`] for a beam with a number that is not finite.
     pub fn point_features(&self) -> Result<Vec<PointFeature>, SlamError> {
@@ -73,22 +74,22 @@ impl Slam {
         Ok(find_points(points, &lines, line_config, config)?)
     }
 
-    /// The same points and, beside them, what was seen before and stands nearer now than the sensor
-    /// sees: what a pilot must not drive into.
+    /// The points of the last scan and, beside them, what was seen before and is now in the blind
+    /// zone: what a pilot must not drive into.
     #[must_use]
     pub fn obstacles(&self) -> Option<&Points> {
         self.obstacles.as_ref()
     }
 
-    /// Points of those who walk about, or did so just before; in the robot frame when the last
-    /// scan came.
+    /// Points of walkers, or of those who walked just before; in the robot frame when the last scan
+    /// came.
     #[must_use]
     pub fn walkers(&self) -> &[Point2<f64>] {
         self.walkers.as_ref().map_or(&[], Walkers::points)
     }
 
-    /// What moves about or moved before, and what stands where the map was free; in the robot frame
-    /// when the last scan came.
+    /// What moves or moved before, and what stands where the map was free; in the robot frame when
+    /// the last scan came.
     #[must_use]
     pub fn tracks(&self) -> &[Track] {
         self.moving.tracks()
@@ -106,56 +107,56 @@ impl Slam {
         self.motion_since_scan
     }
 
-    /// How well the pose was known in the map around it as of the last scan, map frame: in the
-    /// running submap where maps are made of such, else as the estimate's own covariance.
+    /// Covariance of the pose in the map around it as of the last scan, map frame: in the running
+    /// submap if the map is made of submaps, else the estimate's own covariance.
     #[must_use]
     pub fn known_in_map(&self) -> Matrix3<f64> {
         self.estimator.matched().cov
     }
 
-    /// How uncertain the heading has become since the last scan, rad: what odometry may err, as far
-    /// as that is known by now.
+    /// How uncertain the heading has become since the last scan, rad: the odometry's possible
+    /// error, as far as it is known by now.
     #[must_use]
     pub fn heading_drift(&self) -> f64 {
         let grown = self.estimate().cov[(2, 2)] - self.heading_variance;
         grown.max(0.0).sqrt()
     }
 
-    /// How fast the robot runs by its odometry, m/s and rad/s: a mean over a tenth of a second.
+    /// The robot's speeds by its odometry, m/s and rad/s: a mean over a tenth of a second.
     #[must_use]
     pub fn speeds(&self) -> (f64, f64) {
         self.history.speeds(0.1)
     }
 
-    /// The pose at each scan, as known now: a closed loop changes earlier ones, and so does another
-    /// particle that is the best one now.
+    /// The pose at each scan, as known now: a loop closure changes earlier ones, and so does a
+    /// change of the best particle.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
         let whole = self.whole_trajectory().into_iter();
         whole.skip(self.earlier).collect()
     }
 
-    /// Number of poses of [`Self::whole_trajectory`] that are of earlier runs in the same map.
+    /// Number of poses of [`Self::whole_trajectory`] that come from earlier runs in the same map.
     #[must_use]
     pub fn earlier_scans(&self) -> usize {
         self.earlier
     }
 
-    /// The same with that of earlier runs in the same map before it.
+    /// The trajectory of earlier runs in the same map, followed by that of this run.
     #[must_use]
     pub fn whole_trajectory(&self) -> Vec<(Stamp, Pose2)> {
         let own = self.view().own_map;
         own.map_or_else(|| self.track.clone(), OwnMap::trajectory)
     }
 
-    /// The map to be gone on in by a later run, with the `times` of its scans; `None` of methods
+    /// The map in which a later run can go on, with the `times` of its scans; `None` for methods
     /// other than scan matching.
     #[must_use]
     pub fn saved_map(&self, times: Vec<(Stamp, f64)>) -> Option<SavedMap> {
         self.view().map.map(|map| map.saved(times))
     }
 
-    /// Grows by one whenever the grid was redrawn: what was shown of the old one is void then.
+    /// Grows by one whenever the grid was redrawn: what was shown of the old one is then void.
     #[must_use]
     pub fn grid_version(&self) -> u64 {
         self.view()

@@ -1,9 +1,9 @@
-//! Sonars beside the sensor that the pose comes from: a grid of their own, drawn by their own
+//! Sonars beside the sensor that gives the pose: they have a grid of their own, drawn by their own
 //! model.
 //!
-//! Their scans change nothing of the pose. Each is moved into the robot's frame by odometry and
-//! drawn as cones at the pose that is believed just then; the map of a scan matcher that is drawn
-//! again after a loop is not followed.
+//! Their scans do not change the pose. Each is moved into the robot's frame by odometry and drawn
+//! as cones at the pose that is believed at that moment. When a scan matcher redraws its map after
+//! a loop closure, this grid is not redrawn.
 
 use super::{Slam, SlamError};
 use crate::bounds::config;
@@ -31,11 +31,11 @@ config! {
 }
 
 impl Slam {
-    /// Takes a round of the sonars beside, whose last ping was at or before the end of the newest
+    /// Takes one round of the sonars, whose last ping was at or before the end of the newest
     /// odometry.
     ///
-    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises; [`SlamError::Grid`] for
-    /// a setting out of range.
+    /// # Errors    [`SlamError::Scan`] for a scan that breaks its invariants; [`SlamError::Grid`]
+    /// for a setting out of range.
     pub fn sonar_scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         scan.validate()?;
         let config = &self.config.sonars;
@@ -66,11 +66,11 @@ impl Slam {
         }
     }
 
-    /// Changes where what is shown was redrawn, or is another map than before.
+    /// Changes when the shown grid was redrawn or replaced.
     #[must_use]
     pub fn shown_version(&self) -> u64 {
         let count = Layer::ALL.len() as u64;
-        // Before the sonars were heard only the main map can be shown.
+        // Before the first sonar scan only the main map can be shown.
         let shown = (self.sonar_grid.as_ref()).map_or(Layer::Main, |_| self.config.sonars.shown);
         let at = Layer::ALL.iter().position(|(_, layer, _)| *layer == shown);
         self.grid_version() * count + at.unwrap_or(0) as u64

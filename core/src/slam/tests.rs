@@ -26,7 +26,7 @@ fn methods_are_found_by_name() {
         assert_eq!(method.name().parse(), Ok(method));
         assert!(method.meaning().ends_with('.') && !method.title().is_empty());
     }
-    // Saved links and settings know them by these names.
+    // Saved links and settings use these names.
     let names = Method::ALL.map(Method::name);
     assert_eq!(
         names,
@@ -69,8 +69,8 @@ fn only_the_map_of_scan_matching_is_changed_by_hand() {
     }
 }
 
-/// A scan of a beam a degree, of these ranges, m. None goes into a corner itself, which a ray may
-/// slip through.
+/// A scan with a beam per degree and these ranges, m. No beam goes into a corner, through which a
+/// ray may slip.
 fn look_round(range: impl Fn(f64) -> f32) -> Scan {
     let bearing = |i: i32| f64::from(i).to_radians() + 0.003;
     let bearings: Vec<f64> = (0..360).map(bearing).collect();
@@ -90,7 +90,7 @@ fn look_round(range: impl Fn(f64) -> f32) -> Scan {
 /// Glass and black walls return nothing either.
 #[test]
 fn beams_without_a_return_clear_the_same_few_metres_by_every_method() {
-    // Walls to the left, behind and to the right of a robot that looks out of a wide door.
+    // Walls to the left, behind and to the right of a robot that faces out of a wide door.
     let scan = look_round(|bearing| {
         let (sin, cos) = crate::geom::sin_cos(bearing);
         match cos > 0.8 {
@@ -120,7 +120,7 @@ fn beams_without_a_return_clear_the_same_few_metres_by_every_method() {
 fn points_of_the_scan_are_found_by_every_method_and_only_those_asked_for() {
     use crate::features::PointKind;
     use crate::geom::Segment;
-    // A square room, 2 m from the middle to each wall.
+    // A square room, 2 m from the centre to each wall.
     let corner = |i: i32| {
         let side = crate::geom::unit_vector(std::f64::consts::FRAC_PI_2 * (f64::from(i) + 0.5));
         Point2::from(side * 2.0 * std::f64::consts::SQRT_2)

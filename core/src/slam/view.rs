@@ -1,4 +1,4 @@
-//! What a method shows of itself.
+//! What a method makes visible of itself.
 
 use std::fmt::Debug;
 
@@ -15,12 +15,12 @@ use crate::geom::Pose2;
 use crate::map::Grid;
 use crate::robot::Stamp;
 
-/// A map and a trajectory that a method may change after they were drawn.
+/// A map and a trajectory that a method may change after drawing them.
 pub trait OwnMap: Debug {
     /// The map.
     fn grid(&self) -> &Grid;
 
-    /// Grows by one whenever it is another grid: what was shown of the old one is void then.
+    /// Grows by one whenever the grid is replaced: what was shown of the old one is then void.
     fn grid_version(&self) -> u64;
 
     /// The pose at each scan, as known now.
@@ -55,7 +55,7 @@ impl OwnMap for GridParticles {
     }
 }
 
-/// What a method shows of itself after the last scan. What it does not have is empty.
+/// What a method shows after the last scan. What it does not have is empty.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct View<'a> {
     /// Lines of the last scan, robot frame.
@@ -68,42 +68,41 @@ pub struct View<'a> {
     pub point_landmarks: &'a [PointLandmark],
     /// What the last scan did to the line map and why, with the normalised innovation squared.
     pub update: Option<&'a UpdateReport>,
-    /// The common covariance of pose and walls.
+    /// The joint covariance of pose and walls.
     pub covariance: Option<&'a SymmetricMatrix>,
-    /// What was learned of the odometry's systematic errors, and the standard deviations of that.
+    /// The learned systematic errors of the odometry, and their standard deviations.
     pub odometry_errors: Option<[OdometryErrors; 2]>,
-    /// Whether what is seen stands in the prior map.
+    /// How well what is seen fits the prior map.
     pub prior_map_fit: Option<&'a PriorMapFit>,
     /// Poses that the robot may have, the likeliest first.
     pub hypotheses: &'a [Hypothesis],
-    /// The particles that stand for them.
+    /// The particles of these hypotheses.
     pub particles: &'a [Particle],
-    /// Whether the pose is to be believed, of methods that know.
+    /// Whether the pose can be trusted, for methods that know.
     pub pose_quality: Option<PoseQuality>,
     /// Number of loops closed by the pose graph.
     pub loop_closures: usize,
-    /// The pose graph of a method that keeps one.
+    /// The pose graph, for methods that keep one.
     pub graph: Option<&'a PoseGraph>,
-    /// Of the particles, how many of equal weight would estimate as well; of methods that map by
-    /// them.
+    /// Effective number of particles, for methods that map with them.
     pub effective_particles: Option<f64>,
-    /// How the last scan fits to the map, of methods that match whole scans.
+    /// How the last scan fits the map, for methods that match whole scans.
     pub scan_fit: Option<ScanFit>,
     /// The submaps of scan matching.
     pub map: Option<&'a ScanMatcher>,
-    /// The map and trajectory of a method that changes what it has drawn.
+    /// The map and trajectory, for methods that change what they have drawn.
     pub own_map: Option<&'a dyn OwnMap>,
 }
 
 impl<'a> View<'a> {
-    /// Which lines of the last scan were recognised as which walls.
+    /// Which lines of the last scan were matched to which walls.
     #[must_use]
     pub fn matches(&self) -> &'a [Match] {
         self.update.map_or(&[], |update| &update.matches)
     }
 
-    /// How much the last scan showed, and what became of it; `None` of methods that take scans
-    /// otherwise, and where the scan could not be matched.
+    /// How much the last scan showed, and what became of it; `None` for methods that do not match
+    /// whole scans, and if the scan could not be matched.
     #[must_use]
     pub fn feature_counts(&self) -> Option<FeatureCounts> {
         let by_features = self.update.map(UpdateReport::feature_counts);
@@ -117,15 +116,15 @@ impl<'a> View<'a> {
         walls.filter(|wall| wall.is_confirmed).count()
     }
 
-    /// Where the points are that were seen often enough, and how often they were found again.
+    /// Positions of the points that were seen often enough, and how often each was found again.
     pub fn confirmed_points(&self) -> impl Iterator<Item = (Point2<f64>, u32)> + use<'a> {
         let points = self.point_landmarks.iter();
         let confirmed = points.filter(|point| point.is_confirmed);
         confirmed.map(|point| (point.position, point.confidence()))
     }
 
-    /// Points by which others recognise a place of this map, and how often each was found again:
-    /// those that the method keeps and, of a map of submaps, those found in it now
+    /// Points by which other runs recognise a place of this map, and how often each was found
+    /// again: those that the method keeps and, in a map of submaps, those found in it now
     /// ([`ScanMatcher::landmarks`]).
     #[must_use]
     pub fn landmark_points(&self) -> Vec<(Point2<f64>, u32)> {
@@ -136,7 +135,7 @@ impl<'a> View<'a> {
         self.confirmed_points().chain(of_map).collect()
     }
 
-    /// How the errors of pose and walls hang together; `None` for methods without a common
+    /// How the errors of pose and walls are correlated; `None` for methods without a joint
     /// covariance. O(n²).
     #[must_use]
     pub fn correlations(&self) -> Option<Correlations> {

@@ -1,4 +1,4 @@
-//! What a scan adds to the vector map: the line filter's features as pieces of wall, and the ways
+//! What a scan adds to the vector map: the line filter's features as pieces of wall, and the paths
 //! of the beams.
 
 use nalgebra::{Matrix2, Point2};
@@ -8,12 +8,12 @@ use crate::geom::{Line, Pose2, PoseEstimate, Segment, sin_cos};
 use crate::map::{Sighting, VectorMap};
 use crate::points::Points;
 
-/// One beam in so many is checked for passing through walls: neighbours give the same answer.
+/// One in this many beams is checked for passing through walls: neighbours give the same answer.
 const EVERY: usize = 3;
 
-/// Hands the last scan of a method with a line map to the vector map. A feature that was recognised
-/// lies where the filter now believes its wall to be, which is better known; the others where the
-/// pose puts them.
+/// Hands the last scan of a method with a line map to the vector map. A feature that was matched to
+/// a wall is placed where the filter now estimates that wall, which is more accurate; the others
+/// are placed by the pose.
 pub(super) fn observe(map: &mut VectorMap, view: &View, estimate: &PoseEstimate, points: &Points) {
     if view.update.is_none() {
         return;
@@ -59,7 +59,7 @@ fn middle([a, b]: [Point2<f64>; 2]) -> Point2<f64> {
     a + (b - a) * 0.5
 }
 
-/// Standard deviations of a line's direction, and of its distance from a point on it.
+/// Standard deviations of a line's direction, and of its offset at a point on it.
 fn sigmas(line: &Line, cov: &Matrix2<f64>, at: Point2<f64>) -> [f64; 2] {
     let (sin, cos) = sin_cos(line.alpha());
     // The distance is x cos α + y sin α - r.
@@ -68,7 +68,7 @@ fn sigmas(line: &Line, cov: &Matrix2<f64>, at: Point2<f64>) -> [f64; 2] {
     [cov[(0, 0)], across].map(|variance| variance.max(0.0).sqrt())
 }
 
-/// What the pose does not know is added: its heading, and its place across the line.
+/// Adds the uncertainty of the pose: of its heading, and of its position across the line.
 fn with_pose([direction, across]: [f64; 2], line: &Line, estimate: &PoseEstimate) -> [f64; 2] {
     let (sin, cos) = sin_cos(line.alpha() + estimate.pose.heading());
     let cov = &estimate.cov;

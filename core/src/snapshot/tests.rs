@@ -45,7 +45,7 @@ fn outer() -> Outer {
 
 #[test]
 fn bytes_are_those_of_the_table() {
-    // By hand: LEB128 of 300 is AC 02; 1.5 is 3FF8000000000000.
+    // Computed by hand: LEB128 of 300 is AC 02; 1.5 is 3FF8000000000000.
     assert_eq!(bytes_of(&300_u64), [0xac, 0x02]);
     assert_eq!(bytes_of(&1.5_f64), [0, 0, 0, 0, 0, 0, 0xf8, 0x3f]);
     assert_eq!(bytes_of(&vec![true, false]), [2, 1, 0]);

@@ -1,4 +1,4 @@
-//! Bytes of numbers, lists, matrices and what moves in the plane.
+//! The bytes of numbers, lists, matrices and geometric values in the plane.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -219,10 +219,10 @@ impl Snapshot for Point2<f64> {
     }
 }
 
-/// A cosine and a sine are those of one angle to within this.
+/// A cosine and a sine belong to one angle if their squares sum to 1 within this.
 const ROUNDING: f64 = 1e-6;
 
-/// Farther from the origin than this, m, nothing lies.
+/// Greatest distance from the origin, m.
 const FARTHEST: f64 = 1e8;
 
 impl Snapshot for Pose2 {

@@ -1,12 +1,12 @@
 //! From the hits of a scan to sightings of things that may move.
 //!
-//! In: hits in the order of their beams, each with what the map says of its place. Out: groups of
-//! neighbours, and of those that stand free a sighting.
+//! In: hits in the order of their beams, each with what the map knows of its place. Out: groups of
+//! neighbours, and a sighting of each group in free space.
 //!
-//! 1. Neighbouring hits nearer than [`LINK`](crate::points::LINK) are of one thing: two legs are.
-//! 2. A lidar sees only the near side. Across the line of sight the middle is that of what is seen,
-//!    a beam wider than its outermost hits; along it, it lies half a width behind the nearest hit,
-//!    as that of a round thing does.
+//! 1. Neighbouring hits nearer than [`LINK`](crate::points::LINK) belong to one thing: two legs do.
+//! 2. A lidar sees only the near side. Across the line of sight the middle of the thing is the
+//!    middle of what is seen, which is a beam wider than its outermost hits; along the line of
+//!    sight it lies half a width behind the nearest hit, as for a round thing.
 
 use std::f64::consts::PI;
 
@@ -18,21 +18,21 @@ use super::state::Sighting;
 use crate::geom::Length;
 use crate::points::{Beam, are_linked};
 
-/// Half the depth of what is seen of something, m: a leg, a body.
+/// Range of half the depth of a thing, m: a leg, a body.
 const HALF_DEPTH: [f64; 2] = [0.08, 0.3];
-/// What is nearer to the sensor than this is nowhere, m.
+/// Hits nearer to the sensor than this have no direction, m.
 const NEAREST: f64 = 1e-6;
-/// Part of a sighting's hits that stand in free space, where a track may begin.
+/// Fraction of a sighting's hits that must stand in free space for a track to begin.
 const FREE_PART: f64 = 0.6;
 
-/// A hit and what the map says of its place.
+/// A hit and what the map knows of its place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hit<'a> {
     pub(super) beam: &'a Beam,
     pub(super) place: Place,
 }
 
-/// Neighbouring hits (step 1), of a scan that may go round once; none is empty.
+/// Groups of neighbouring hits (step 1), in a scan that may go all the way round; none is empty.
 pub(super) fn clusters<'a>(hits: &[Hit<'a>]) -> Vec<Vec<Hit<'a>>> {
     let is_linked = |a: &Hit, b: &Hit| are_linked(a.beam, b.beam);
     let mut found: Vec<Vec<Hit>> = hits.chunk_by(is_linked).map(<[_]>::to_vec).collect();
@@ -58,8 +58,8 @@ pub(super) fn extent(cluster: &[Hit]) -> f64 {
     places.map(far).fold(0.0, f64::max)
 }
 
-/// What a cluster shows of a thing that may move (step 2), robot frame; `None` of what is too wide,
-/// or of too few hits. `heading_sigma` is how well directions are known, rad; `spacing` the angle
+/// The sighting of a cluster that may move (step 2), robot frame; `None` if it is too wide, or has
+/// too few hits. `heading_sigma` is the standard deviation of directions, rad; `spacing` the angle
 /// between two beams.
 pub(super) fn sighting(
     cluster: &[Hit],
@@ -94,7 +94,7 @@ pub(super) fn sighting(
         .iter()
         .filter(|hit| hit.place == Place::Free)
         .count();
-    // A direction that is off moves it aside.
+    // An error of direction moves it sideways.
     let aside = heading_sigma * depth;
     let own = config.position_sigma * config.position_sigma;
     let cov = Matrix2::identity() * own + across * across.transpose() * (aside * aside);
@@ -120,7 +120,7 @@ mod tests {
         beams.iter().map(free).collect()
     }
 
-    /// What beams a degree apart see of a disc; `None` past it.
+    /// The beams, a degree apart, that hit a disc; `None` past it.
     fn disc(at: Point2<f64>, radius: f64) -> Vec<Beam> {
         let seen = |number: usize| {
             let along = unit_vector((number as f64).to_radians());

@@ -2,20 +2,20 @@
 
 use crate::bounds::{Bounds, OutOfBounds, check, config};
 
-/// How sightings are given to tracks.
+/// How sightings are associated with tracks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TrackAssociation {
-    /// Each to one track, so that all lie as near as possible together (global nearest neighbour).
+    /// Each sighting to one track, with the least total distance (global nearest neighbour).
     Nearest,
-    /// Each to all tracks that it may be, by the probability of all joint events.
+    /// Each sighting to all tracks to which it may belong, by the probability of all joint events.
     #[default]
     Jpda,
-    /// To none: a density over where moving objects are takes them all (GM-PHD).
+    /// To no track: a density over the positions of moving objects takes them all (GM-PHD).
     GmPhd,
 }
 
 impl TrackAssociation {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All variants, with their names in settings and their names for people.
     pub const ALL: [(&'static str, Self, &'static str); 3] = [
         ("nearest", Self::Nearest, "nearest neighbours"),
         ("jpda", Self::Jpda, "joint probabilities (JPDA)"),
@@ -74,26 +74,26 @@ config! {
 }
 
 impl TrackingConfig {
-    /// What [`Self::margin`] may be, m.
+    /// Bounds of [`Self::margin`], m.
     pub const MARGIN: Bounds = [0.0, 1.0];
-    /// What [`Self::max_width`] may be, m.
+    /// Bounds of [`Self::max_width`], m.
     pub const MAX_WIDTH: Bounds = [0.1, 5.0];
-    /// What [`Self::min_hits`] may be.
+    /// Bounds of [`Self::min_hits`].
     pub const MIN_HITS: Bounds = [1.0, 50.0];
-    /// What [`Self::position_sigma`] may be, m.
+    /// Bounds of [`Self::position_sigma`], m.
     pub const POSITION_SIGMA: Bounds = [0.001, 1.0];
-    /// What [`Self::acceleration`] may be, m²/s³.
+    /// Bounds of [`Self::acceleration`], m²/s³.
     pub const ACCELERATION: Bounds = [0.001, 50.0];
-    /// What [`Self::gate`] and [`Self::significance`] may be.
+    /// Bounds of [`Self::gate`] and [`Self::significance`].
     pub const GATE: Bounds = [1.0, 100.0];
-    /// What [`Self::detection`] may be.
+    /// Bounds of [`Self::detection`].
     pub const DETECTION: Bounds = [0.05, 0.999];
-    /// What [`Self::clutter`] may be, 1/m².
+    /// Bounds of [`Self::clutter`], 1/m².
     pub const CLUTTER: Bounds = [1e-6, 10.0];
-    /// What [`Self::coast`] and [`Self::memory`] may be, s.
+    /// Bounds of [`Self::coast`] and [`Self::memory`], s.
     pub const SECONDS: Bounds = [0.0, 600.0];
 
-    /// # Errors    [`OutOfBounds`] naming the first figure out of its bounds.
+    /// # Errors    [`OutOfBounds`] naming the first value out of its bounds.
     pub fn validate(&self) -> Result<(), OutOfBounds> {
         check(&[
             ("margin", self.margin, Self::MARGIN),

@@ -1,10 +1,9 @@
-//! Where hits lie in what is known: on walls, in space that was seen to be free, or where nothing
-//! is known.
+//! Whether hits lie on walls, in space known to be free, or in unknown space.
 //!
-//! In: the grid, a place, and how uncertain that is. Out: what stands there.
+//! In: the grid, a place, and its uncertainty. Out: what is known of that place.
 //!
-//! A hit violates free space if all cells as near to it as its place is uncertain are known to be
-//! free, so that neither an error of the pose nor a wall beside it explains the hit.
+//! A hit violates free space if all cells within the uncertainty of its place are known to be free,
+//! so that neither an error of the pose nor a wall beside it explains the hit.
 //!
 //! Source: Wang, Thorpe, Thrun, Hebert & Durrant-Whyte (2007), "Simultaneous localization, mapping
 //! and moving object tracking", §IV, consistency-based detection.
@@ -14,23 +13,23 @@ use nalgebra::Point2;
 use crate::geom::unit_vector;
 use crate::map::{CellIndex, CellRect, CellState, Grid};
 
-/// A hit so many cells from an occupied one is of what stands there.
+/// A hit within this many cells of an occupied cell belongs to what stands there.
 const BESIDE: i32 = 1;
-/// Places that are asked on each ring around a hit.
+/// Number of points examined on each ring around a hit.
 const ON_RING: usize = 16;
 
-/// What a place is known to be.
+/// What is known of a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// Occupied, or right beside what is.
+    /// Occupied, or right beside an occupied cell.
     Wall,
-    /// Surely free.
+    /// Certainly free.
     Free,
-    /// Neither is sure.
+    /// Neither is certain.
     Unknown,
 }
 
-/// Looks up a place of the map that is known to `doubt` metres.
+/// Looks up a place of the map that is known to within `doubt` metres.
 pub(super) fn place(grid: &Grid, at: Point2<f64>, doubt: f64) -> Place {
     if is_beside_wall(grid, at) {
         return Place::Wall;
@@ -39,7 +38,7 @@ pub(super) fn place(grid: &Grid, at: Point2<f64>, doubt: f64) -> Place {
     if !is_free(at) {
         return Place::Unknown;
     }
-    // Rings a cell apart, the outermost at the doubt itself.
+    // Rings a cell apart, the outermost at a radius of `doubt`.
     let rings = (doubt / grid.resolution()).ceil().clamp(1.0, 40.0) as usize;
     let around = |ring: usize| {
         let radius = doubt * ring as f64 / rings as f64;
@@ -66,7 +65,7 @@ mod tests {
     use crate::geom::Pose2;
     use crate::map::{Evidence, GridConfig};
 
-    /// 4 by 4 m that are free, with a wall along x = 1.
+    /// 4 by 4 m of free space, with a wall along x = 1.
     fn grid() -> Grid {
         let mut grid = Grid::new(GridConfig::default()).unwrap();
         for _ in 0..5 {

@@ -1,20 +1,20 @@
-//! The Gaussian-mixture PHD filter: a density over where objects are, whose integral is how many
-//! there are, without saying which sighting is of which.
+//! The Gaussian-mixture PHD filter: a density of objects over the plane, whose integral is their
+//! number, without assigning sightings to objects.
 //!
 //! In: the sightings of a scan. Out: the mixture, and the objects in it.
 //!
 //! 1. Prediction: each component by constant velocity, its weight times the probability of survival
-//!    (eq. 24); those that began at sightings of the scan before are added (eq. 21).
-//! 2. Correction: what is not seen keeps 1 - P_D of its weight, and each sighting divides a weight
-//!    of at most 1 among all components that it may be of, and clutter (eq. 30 to 33).
-//! 3. Pruning and merging (table II): components of little weight go, those near each other become
-//!    one, and at most [`MOST_COMPONENTS`] stay.
-//! 4. Objects are the components of a weight above a half (table III).
+//!    (eq. 24); components that began at sightings of the scan before are added (eq. 21).
+//! 2. Correction: an unseen component keeps 1 - P_D of its weight, and each sighting divides a
+//!    weight of at most 1 among clutter and all components to which it may belong (eq. 30 to 33).
+//! 3. Pruning and merging (table II): components of little weight are dropped, those near each
+//!    other are merged, and at most [`MOST_COMPONENTS`] are kept.
+//! 4. Objects are the components with a weight above one half (table III).
 //!
 //! Beyond the source: objects begin where something stands in free space that no component
-//! explains, as Ristic et al. (2012) have it, instead of everywhere. And components carry the
-//! number of the object that they are of, through correction and merging, so that it has an
-//! identity (Panta, Clark & Vo 2009); where two components have the same, the heavier one keeps it.
+//! explains, as in Ristic et al. (2012), instead of everywhere. And components carry the number of
+//! their object through correction and merging, so that it has an identity (Panta, Clark & Vo
+//! 2009); if two components have the same number, the heavier one keeps it.
 //!
 //! Source: Vo & Ma (2006), "The Gaussian mixture probability hypothesis density filter".
 
@@ -26,27 +26,27 @@ use super::state::{ObjectState, Sighting};
 
 /// Probability that an object is still there in the next scan.
 const SURVIVAL: f64 = 0.99;
-/// Weight of a component that begins.
+/// Weight of a new component.
 const BORN: f64 = 0.2;
-/// Components of less weight go.
+/// Components of less weight are dropped.
 const PRUNED: f64 = 1e-4;
-/// Components of one object are nearer together, squared Mahalanobis distance.
+/// Components nearer together than this squared Mahalanobis distance are merged.
 const MERGED: f64 = 4.0;
 const MOST_COMPONENTS: usize = 100;
-/// An object has more than this weight.
+/// A component of more than this weight is an object.
 const EXTRACTED: f64 = 0.5;
-/// Of less weight it is not there any more.
+/// An object of less weight no longer exists.
 const LEAST: f64 = 5e-3;
-/// A sighting that components explain by more than this begins none.
+/// A sighting that is explained by components with more than this begins none.
 const EXPLAINED: f64 = 0.1;
 
-/// A part of the density.
+/// A component of the density.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Component {
     pub(super) weight: f64,
     pub(super) state: ObjectState,
     id: u32,
-    /// Whether the newest sighting that it is of stands in free space.
+    /// Whether its newest sighting stands in free space.
     is_free: bool,
 }
 
@@ -54,7 +54,7 @@ pub(super) struct Component {
 #[derive(Clone, Debug, Default)]
 pub(super) struct GmPhd {
     components: Vec<Component>,
-    /// Of the objects in it.
+    /// The objects in it.
     objects: Vec<Object>,
     next_id: u32,
 }
@@ -95,7 +95,7 @@ impl GmPhd {
         }
     }
 
-    /// Step 2; of each sighting the weight that components take of it.
+    /// Step 2; returns for each sighting the weight that components take of it.
     fn correct(&mut self, sightings: &[Sighting], config: &TrackingConfig) -> Vec<f64> {
         let predicted = self.components.clone();
         for component in &mut self.components {
@@ -159,7 +159,7 @@ impl GmPhd {
         self.components.truncate(MOST_COMPONENTS);
     }
 
-    /// Step 4. An object that is hidden just now is the heaviest component of its number.
+    /// Step 4. An object that is momentarily hidden is the heaviest component with its number.
     fn extract(&mut self) {
         let mut known: BTreeMap<u32, Object> = BTreeMap::new();
         // Heaviest first.
@@ -228,8 +228,9 @@ mod tests {
         }
     }
 
-    /// By hand: one component of weight 0.8 at the sighting, P_D = 0.9, clutter 2/m². What is not
-    /// seen weighs 0.08, what is seen 0.72 q / (2 + 0.72 q) with q the density at the sighting.
+    /// Computed by hand: one component of weight 0.8 at the sighting, P_D = 0.9, clutter 2/m². The
+    /// unseen part weighs 0.08, the seen part 0.72 q / (2 + 0.72 q), with q the density at the
+    /// sighting.
     #[test]
     fn one_correction_by_hand() {
         let config = TrackingConfig {
@@ -257,8 +258,9 @@ mod tests {
         count
     }
 
-    /// Mean number of objects, expected and extracted, of five that walk straight on over 20 by
-    /// 20 m, seen nine times in ten amid eight false sightings a scan, as the filter is told.
+    /// Mean number of objects, expected and extracted, of five that walk straight on in an area of
+    /// 20 by 20 m, seen nine times in ten amid eight false sightings a scan, with the filter set to
+    /// these figures.
     fn counted(tells_births: bool) -> [f64; 2] {
         const SIDE: f64 = 20.0;
         const FALSE: f64 = 8.0;
@@ -299,7 +301,7 @@ mod tests {
                 }
                 phd.update(STEP, &seen, &config);
                 if number >= 10 {
-                    // Before what has just begun.
+                    // Before the components that have just begun.
                     let born = phd
                         .components
                         .iter()
@@ -315,9 +317,10 @@ mod tests {
 
     const OBJECTS: usize = 5;
 
-    /// Monte Carlo: on average the expected number is the true one, told where objects began; and
-    /// those are extracted that were just seen, nine in ten, for what is not seen keeps a tenth of
-    /// its weight. Where each false sighting may begin one too, some of them are counted.
+    /// Monte Carlo: if the filter is told where objects began, the expected number is the true one
+    /// on average, and the objects just seen are extracted, nine in ten, because an unseen
+    /// component keeps a tenth of its weight. If each false sighting may also begin an object, some
+    /// of them are counted.
     #[test]
     fn it_counts_objects_amid_clutter() {
         let true_count = OBJECTS as f64;
@@ -335,7 +338,7 @@ mod tests {
         );
     }
 
-    /// Two that pass each other keep their numbers when the sightings say which is which.
+    /// Two objects that pass each other keep their numbers if the sightings tell them apart.
     #[test]
     fn numbers_stay_with_their_objects() {
         let config = TrackingConfig::default();

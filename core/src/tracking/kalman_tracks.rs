@@ -1,32 +1,34 @@
-//! Tracks, each a Kalman filter: sightings are given to them one to one, or by joint probabilities.
+//! Tracks, each with a Kalman filter: sightings are assigned one to one, or by joint probabilities.
 //!
-//! In: the sightings of a scan. Out: the tracks, corrected, begun and ended.
+//! In: the sightings of a scan. Out: the tracks, with corrections, new ones and ended ones.
 //!
 //! 1. All tracks are predicted to the instant of the scan.
-//! 2. Nearest: the assignment of least total squared Mahalanobis distance, where going without
-//!    costs as much as the gate. JPDA: each track is the mixture of all it may be, by the marginal
-//!    probabilities of the joint events, made one Gaussian again.
-//! 3. A sighting in free space that surely is of no track begins one.
-//! 4. A track that was not seen for long ends, a new one sooner; and so does one of which it is not
-//!    known any more where it is, before it takes a pillar for itself.
+//! 2. Nearest: the assignment of least total squared Mahalanobis distance, where a track without a
+//!    sighting costs as much as the gate. JPDA: each track becomes the mixture over all sightings
+//!    that may be its own, weighted by the marginal probabilities of the joint events and reduced
+//!    to one Gaussian.
+//! 3. A sighting in free space that certainly belongs to no track begins one.
+//! 4. A track that was not seen for long ends, a new track sooner. A track whose position has
+//!    become too uncertain ends as well, before it mistakes a pillar for its object.
 
 use super::config::{TrackAssociation, TrackingConfig};
 use super::state::{ObjectState, Sighting};
 use crate::association::{Options, assign, joint_probabilities};
 
-/// What is known of the velocity of a track that begins, m/s.
+/// Standard deviation of the velocity of a new track, m/s.
 pub(super) const SPEED_SIGMA: f64 = 0.8;
-/// Sightings that make a track, and how long it goes on without one before that, s.
+/// Number of sightings that confirm a track, and how long a track may go without one before that,
+/// s.
 const CONFIRMED: u32 = 3;
 const UNCONFIRMED_COAST: f64 = 0.5;
-/// A track that is known no better than this is lost, m.
+/// A track less certain than this is lost, m.
 const LOST_SIGMA: f64 = 0.4;
-/// A sighting that is of some track with more than this probability begins none.
+/// A sighting that belongs to a track with more than this probability begins none.
 const EXPLAINED: f64 = 0.1;
-/// A track was seen in a scan with at least this probability.
+/// A track counts as seen in a scan if it was with at least this probability.
 const SEEN: f64 = 0.5;
 
-/// An object that is followed.
+/// A tracked object.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Object {
     pub(super) id: u32,
@@ -34,13 +36,13 @@ pub(super) struct Object {
     /// Whether it was seen in the newest scan, and in free space.
     pub(super) is_seen: bool,
     pub(super) is_free: bool,
-    /// How often it was seen.
+    /// Number of sightings.
     sightings: u32,
-    /// How long ago it was seen, s.
+    /// Time since it was last seen, s.
     unseen: f64,
 }
 
-/// Tracks by association.
+/// Tracks with data association.
 #[derive(Clone, Debug, Default)]
 pub(super) struct KalmanTracks {
     tracks: Vec<Object>,
@@ -88,9 +90,9 @@ impl KalmanTracks {
         &self.tracks
     }
 
-    /// Gives each sighting to one track; the probability that it is of any.
+    /// Assigns each sighting to at most one track; returns the probability that it belongs to any.
     fn take_nearest(&mut self, sightings: &[Sighting], config: &TrackingConfig) -> Vec<f64> {
-        // Beside the sightings a column for each track, which is to go without.
+        // In addition to the sightings there is a column for each track, for going without.
         let n = sightings.len();
         let costs: Vec<Vec<f64>> = (self.tracks.iter().enumerate())
             .map(|(number, track)| {
@@ -124,7 +126,7 @@ impl KalmanTracks {
         explained
     }
 
-    /// JPDA.
+    /// JPDA: each track is corrected by all sightings that may be its own.
     fn take_all(&mut self, sightings: &[Sighting], config: &TrackingConfig) -> Vec<f64> {
         let options = |track: &Object| {
             let each = sightings
@@ -172,7 +174,7 @@ impl Object {
         self.sightings += 1;
     }
 
-    /// One of a mixture, which counts for itself how long it goes on.
+    /// An object of the mixture filter, which itself decides how long an object is kept.
     pub(super) fn of_mixture(id: u32, state: ObjectState, [is_seen, is_free]: [bool; 2]) -> Self {
         Self {
             id,

@@ -1,6 +1,6 @@
-//! Detection and tracking of moving objects: people who walk about, and the points that are theirs.
+//! Detection and tracking of moving objects: people who walk about, and the points on them.
 //!
-//! In: scans, the map, and where the robot is in it. Out: tracks with position, velocity and
+//! In: scans, the map, and the robot's pose in it. Out: tracks with position, velocity and
 //! covariance, and which beams end on them.
 //!
 //! ```text
@@ -11,17 +11,17 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `moving_objects` | the whole, scan by scan |
+//! | `moving_objects` | the whole process, scan by scan |
 //! | `free_space` | hits where the map is known to be free |
-//! | `clusters` | neighbouring hits, and where the middle of a thing is |
+//! | `clusters` | neighbouring hits, and the position of a thing's middle |
 //! | `state` | the constant-velocity Kalman filter |
-//! | `kalman_tracks`, `gm_phd` | which sighting is of which object |
+//! | `kalman_tracks`, `gm_phd` | which sighting belongs to which object |
 //! | `motion` | what moves, and what only seemed to |
 //! | `ospa` | how far tracks are from the truth |
 //!
-//! [`crate::points::Walkers`] warns of who comes near without map and pose, from one scan to the
-//! next, for a robot that has to stop at once; here people are followed, through halts and behind
-//! each other.
+//! [`crate::points::Walkers`] warns of approaching people without map and pose, from one scan to
+//! the next, for a robot that has to stop at once; here people are tracked, through halts and
+//! occlusions.
 
 mod clusters;
 mod config;

@@ -1,13 +1,13 @@
-//! Whether a track moves.
+//! Decides whether a track moves.
 //!
-//! In: where it was at each scan. Out: what it is: new, moving, standing after it moved, or
+//! In: the position of a track at each scan. Out: its state: new, moving, paused after it moved, or
 //! standing ever since.
 //!
-//! Only what is seen in free space counts: where nothing is known, the end of a wall comes into
-//! sight as fast as the robot drives. Its velocity is the mean one over the last [`WINDOW`]
-//! seconds, that of the newest instant being known too badly: people who walk slowly would not seem
-//! to move. It moves where that velocity is significant by its covariance, and so is more than what
-//! an edge seems to walk when the robot sees another side of it.
+//! Only sightings in free space count: where nothing is known, the end of a wall comes into sight
+//! as fast as the robot drives. The velocity is the mean over the last [`WINDOW`] seconds, because
+//! that of the newest instant is too uncertain: slow walkers would not seem to move. A track moves
+//! if this velocity is significant by its covariance, and so exceeds the apparent motion of an edge
+//! of which the robot comes to see another side.
 
 use std::collections::VecDeque;
 
@@ -16,32 +16,32 @@ use nalgebra::{Matrix2, Point2};
 use super::config::TrackingConfig;
 use crate::geom::Length;
 
-/// The velocity is that over so long, s, ...
+/// The velocity is the mean over this time, s, ...
 const WINDOW: f64 = 2.0;
-/// ... and over so long at least.
+/// ... and over at least this time.
 const SHORTEST: f64 = 0.3;
-/// Who moves got so far meanwhile, m.
+/// A track that moves has come this far in that time, m.
 const LEAST_WAY: f64 = 0.2;
-/// Who was not seen to move for longer does not count as moving, s.
+/// A track that was not seen to move for longer than this does not count as moving, s.
 const SHORTLY: f64 = 1.0;
-/// Who moved may move on for this long for each scan that saw so, s: what only seemed to is soon
-/// forgotten.
+/// A track that moved is remembered as possibly moving on for this long for each scan that saw it
+/// move, s: what only seemed to move is soon forgotten.
 const PER_SIGHTING: f64 = 1.0;
-/// What never moved is new for so long, s.
+/// A track that never moved counts as new for this long, s.
 const NEW: f64 = 2.0;
-/// Sightings before which nothing is said.
+/// Number of sightings before which nothing is decided.
 const LEAST_SIGHTINGS: usize = 3;
 
-/// What a track is.
+/// The motion of a track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrackMotion {
-    /// Too new to say.
+    /// It is too new to tell.
     New,
     /// It moves.
     Moving,
     /// It moved before and may move on.
     Paused,
-    /// It was not seen to move for long: it belongs into the map.
+    /// It was not seen to move for long: it belongs in the map.
     Standing,
 }
 
@@ -49,12 +49,11 @@ pub enum TrackMotion {
 #[derive(Clone, Debug)]
 pub(super) struct History {
     begun: f64,
-    /// When, where, and how well that was known; of scans in which it was seen in free space, the
-    /// newest last.
+    /// Time, position and its covariance in each scan that saw it in free space, the newest last.
     seen: VecDeque<(f64, Point2<f64>, Matrix2<f64>)>,
     sightings: usize,
     moved: Option<f64>,
-    /// In how many scans it moved.
+    /// Number of scans in which it moved.
     moves_seen: u32,
     /// Whether its velocity was significant in the newest scan that saw it, and in the one before.
     is_significant: bool,
@@ -74,7 +73,7 @@ impl History {
         }
     }
 
-    /// Notes where the track is now, seen in free space; one that was not says nothing new.
+    /// Notes the position of a track seen in free space; a track that was not adds nothing new.
     pub(super) fn see(
         &mut self,
         now: f64,
@@ -127,7 +126,7 @@ mod tests {
 
     const STEP: f64 = 0.2;
 
-    /// What a track is, scan by scan, that is at `x(seconds)`, known to 5 cm.
+    /// The motion, scan by scan, of a track at `x(seconds)`, known to 5 cm.
     fn motions(x: impl Fn(f64) -> f64, scans: usize, seed: u64) -> Vec<TrackMotion> {
         let config = TrackingConfig::default();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -172,8 +171,8 @@ mod tests {
                 assert_eq!(found[59], TrackMotion::Standing);
             }
         }
-        // One in a thousand of 6000 scans is significant, and two in a row much fewer; those that
-        // share an outlier as the oldest place are.
+        // One in a thousand of 6000 scans is significant, and two in a row far fewer; exceptions
+        // are scans that share an outlier as the oldest position.
         assert!(moving <= 3, "{moving} of 100 seemed to move");
     }
 }

@@ -1,15 +1,15 @@
-//! Objects that move, followed from scan to scan.
+//! Moving objects, tracked from scan to scan.
 //!
-//! 1. Before a scan is used: beams that end where something is expected that moves, or moved just
-//!    before, are told ([`MovingObjects::taken_out`]), so that estimation does without them.
-//! 2. Afterwards, when it is known where the robot is ([`MovingObjects::update`]): hits are
-//!    compared with the map, clustered, and given to tracks.
-//! 3. A pose that is off puts many hits into free space. Where more than [`MOST_FREE`] of those
-//!    that the map can judge stand there, nothing begins; and a wall is wider than what may move,
-//!    and stands.
+//! 1. Before a scan is used: beams that end where an object is expected that moves, or moved just
+//!    before, are reported ([`MovingObjects::taken_out`]), so that estimation does without them.
+//! 2. Afterwards, when the robot's pose is known ([`MovingObjects::update`]): hits are compared
+//!    with the map, clustered, and assigned to tracks.
+//! 3. A wrong pose puts many hits into free space. If more than [`MOST_FREE`] of the hits that the
+//!    map can judge are there, no track begins. A wall is wider than things that may move, and
+//!    stands.
 //!
-//! Tracks live in a frame of their own, in which the robot moves as scans say that it did: when a
-//! loop closes, the map moves, and nobody in it.
+//! Tracks live in a frame of their own, in which the robot moves as scans show: when a loop closes,
+//! the map moves, but nobody in it.
 
 use std::collections::BTreeMap;
 
@@ -27,53 +27,54 @@ use crate::map::Grid;
 use crate::points::{Points, unreported_turn};
 use crate::robot::Stamp;
 
-/// Scans farther apart say nothing of motion, s.
+/// Scans farther apart in time than this say nothing about motion, s.
 const SLOWEST: f64 = 1.0;
-/// Beams farther apart see nobody well enough, rad.
+/// With beams farther apart than this people are not seen well enough, rad.
 const COARSE: f64 = 0.06;
-/// Of the hits that the map can judge, those in free space at most.
+/// Greatest fraction of hits in free space, among those that the map can judge.
 const MOST_FREE: f64 = 0.4;
-/// The pose is taken to be known no worse than this beside the map around it, m and rad, for where
-/// it is known worse nothing could be seen; and no better, rad.
+/// Bounds of the assumed standard deviation of the pose in the map around it: at most this, m and
+/// rad, because with more nothing could be seen; and at least this, rad.
 const MOST_DOUBT: [f64; 2] = [0.15, 0.02];
 const LEAST_TURN: f64 = 0.003;
-/// An object is expected within this of where it was predicted, m: its own size, and two standard
+/// An object is expected within this distance of its prediction, m: its own size, plus two standard
 /// deviations, up to ...
 const SIZE: f64 = 0.35;
 const MOST_REACH: f64 = 0.8;
-/// No more than this part of the hits is taken out, for without them nothing is known of the pose.
+/// If more than this fraction of the hits would be taken out none is, because without them the pose
+/// cannot be estimated.
 const MOST_OUT: f64 = 0.6;
-/// A correction by more than this, m and rad, is that of a map that moved.
+/// A correction by more than this, m and rad, means that the map moved.
 const JUMP: f64 = 0.5;
 
-/// Where a scan was found to lie.
+/// The pose at which a scan was matched.
 #[derive(Clone, Copy, Debug)]
 pub struct Matched {
-    /// The motion since the scan before as both were matched, `robot_before_from_robot_now`;
-    /// `None` from methods of which only the pose is known.
+    /// The motion since the scan before as both were matched, `robot_before_from_robot_now`; `None`
+    /// from methods that only give the pose.
     pub motion: Option<Pose2>,
-    /// How well the pose is known in the map around it, map frame.
+    /// Covariance of the pose in the map around it, map frame.
     pub cov: Matrix3<f64>,
 }
 
-/// Something that is followed, in the robot frame at the newest scan.
+/// A track, in the robot frame at the newest scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Track {
-    /// Its number, which no other has or had.
+    /// Its unique number, never reused.
     pub id: u32,
-    /// Where its middle is, m.
+    /// Position of its middle, m.
     pub position: Point2<f64>,
     /// Its velocity over the ground, m/s.
     pub velocity: Vector2<f64>,
     /// Covariance of both.
     pub cov: Matrix4<f64>,
-    /// Whether it moves.
+    /// Its state of motion.
     pub motion: TrackMotion,
     /// Whether it was seen in the newest scan.
     pub is_seen: bool,
 }
 
-/// Finds and follows moving objects.
+/// Finds and tracks moving objects.
 #[derive(Clone, Debug, Default)]
 pub struct MovingObjects {
     config: TrackingConfig,
@@ -82,12 +83,12 @@ pub struct MovingObjects {
     local_from_robot: Pose2,
     last: Option<Last>,
     tracks: Vec<Track>,
-    /// Beams of the newest scan, and where they end.
+    /// Beams of the newest scan that were taken out, and their ends.
     taken_out: Vec<usize>,
     points: Vec<Point2<f64>>,
 }
 
-/// The scan before.
+/// What is kept of the scan before.
 #[derive(Clone, Debug)]
 struct Last {
     stamp: Stamp,
@@ -95,7 +96,7 @@ struct Last {
     hits: Vec<Point2<f64>>,
 }
 
-/// Which sighting is of which object.
+/// The filter that associates sightings with objects.
 #[derive(Clone, Debug)]
 enum Filter {
     Tracks(KalmanTracks),
@@ -103,7 +104,7 @@ enum Filter {
 }
 
 impl MovingObjects {
-    /// Nobody was seen yet. `config` is valid.
+    /// A tracker without objects; `config` must be valid.
     #[must_use]
     pub fn new(config: TrackingConfig) -> Self {
         Self {
@@ -113,7 +114,7 @@ impl MovingObjects {
         }
     }
 
-    /// Other settings from the next scan on. Another association begins anew.
+    /// Uses other settings from the next scan on. A change of the association begins anew.
     pub fn reconfigure(&mut self, config: TrackingConfig) {
         if config.association != self.config.association || !config.is_on {
             self.forget(config.association);
@@ -121,21 +122,21 @@ impl MovingObjects {
         self.config = config;
     }
 
-    /// What is followed, by number.
+    /// The tracks, by number.
     #[must_use]
     pub fn tracks(&self) -> &[Track] {
         &self.tracks
     }
 
-    /// Where those beams of the newest scan end that were taken out, robot frame, m.
+    /// Ends of the beams of the newest scan that were taken out, robot frame, m.
     #[must_use]
     pub fn taken_out_points(&self) -> &[Point2<f64>] {
         &self.points
     }
 
     /// Step 1: numbers of the beams that end on moving objects, ascending. `moved` is the motion
-    /// since the scan before by odometry (`robot_before_from_robot_now`), `map_from_robot` where
-    /// that puts the robot.
+    /// since the scan before by odometry (`robot_before_from_robot_now`), `map_from_robot` the
+    /// resulting pose.
     pub fn taken_out(
         &mut self,
         points: &Points,
@@ -207,8 +208,8 @@ impl MovingObjects {
         &self.taken_out
     }
 
-    /// Steps 2 and 3: takes all points of a scan, which was found to lie at `map_from_robot`;
-    /// `moved` as for [`Self::taken_out`].
+    /// Steps 2 and 3: takes all points of a scan, which was matched at `map_from_robot`; `moved` as
+    /// for [`Self::taken_out`].
     pub fn update(
         &mut self,
         points: &Points,
@@ -250,8 +251,8 @@ impl MovingObjects {
         self.tracks.clear();
     }
 
-    /// Moves the robot among the tracks, as both scans were matched; by odometry where the map
-    /// moved instead.
+    /// Moves the robot relative to the tracks by the motion between the matched scans, or by
+    /// odometry if the map moved instead.
     fn move_robot(&mut self, moved: &Pose2, in_map: &Pose2, matched: &Matched) {
         let motion = matched.motion.unwrap_or(*in_map);
         let off = moved.delta_to(&motion);
@@ -259,7 +260,7 @@ impl MovingObjects {
         self.local_from_robot = self.local_from_robot * if is_jump { *moved } else { motion };
     }
 
-    /// What may move, in the frame of the tracks.
+    /// Sightings of things that may move, in the frame of the tracks.
     fn sightings(
         &self,
         points: &Points,
@@ -307,7 +308,7 @@ impl MovingObjects {
         found.collect()
     }
 
-    /// Notes where all are, and what is to be shown of them.
+    /// Notes the positions of all tracks, and what is shown of them.
     fn remember(&mut self, now: f64) {
         let objects = self.filter.objects();
         let mut before = std::mem::take(&mut self.histories);

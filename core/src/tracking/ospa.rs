@@ -1,9 +1,10 @@
-//! How far a set of tracks is from the true set of objects: optimal subpattern assignment.
+//! Distance between a set of tracks and the true set of objects: optimal subpattern assignment
+//! (OSPA).
 //!
-//! In: where both are. Out: one distance, of places and of numbers together.
+//! In: the positions of both. Out: one distance, which covers errors of position and of number.
 //!
 //! With m objects and n ≥ m tracks it is ((Σ min(d, c)^p + c^p (n - m)) / n)^(1/p) over the best
-//! assignment: each one too many or too few costs as much as one that is the cutoff c off.
+//! assignment: each one too many or too few costs as much as one with an error of the cutoff c.
 //!
 //! Source: Schuhmacher, Vo & Vo (2008), "A consistent metric for performance evaluation of
 //! multi-object filters", eq. (3).
@@ -13,7 +14,7 @@ use nalgebra::Point2;
 use crate::association::assign;
 use crate::geom::Length;
 
-/// The distance of order 2, m, with the cutoff (m); 0 of two empty sets.
+/// The distance of order 2, m, with the cutoff (m); 0 for two empty sets.
 #[must_use]
 pub fn ospa(a: &[Point2<f64>], b: &[Point2<f64>], cutoff: f64) -> f64 {
     let (few, many) = if a.len() <= b.len() { (a, b) } else { (b, a) };
@@ -60,11 +61,11 @@ mod tests {
         check(&[], &[], 0.0);
         check(&[1.0], &[], 1.0);
         check(&[0.0], &[0.3], 0.3);
-        // One is the cutoff off.
+        // One has an error of the cutoff.
         check(&[0.0], &[7.0], 1.0);
-        // One of two is missing, the other 0.6 off: √((0.36 + 1) / 2).
+        // One of two is missing, the other has an error of 0.6: √((0.36 + 1) / 2).
         check(&[0.6, 9.0], &[0.0], 0.68_f64.sqrt());
-        // Crosswise would be farther.
+        // The crossed assignment would be farther.
         check(&[0.0, 0.5], &[0.5, 0.0], 0.0);
     }
 

@@ -1,12 +1,13 @@
-//! Where an object is and how it moves: the constant-velocity Kalman filter.
+//! Position and velocity of an object: the constant-velocity Kalman filter.
 //!
 //! In: the time that passed, and sightings, each taken a little before the instant of the state.
 //! Out: position and velocity with their covariance.
 //!
-//! 1. Prediction: the velocity stays, but for white noise of acceleration of spectral density q.
+//! 1. Prediction: the velocity is constant except for white-noise acceleration of spectral density
+//!    q.
 //! 2. A sighting that was taken `age` before now shows p - age · v: a lidar takes a fifth of a
 //!    second for a revolution, in which people walk as far as their radius.
-//! 3. Correction, in Joseph's form, which stays positive definite whatever the rounding.
+//! 3. Correction, in Joseph's form, which stays positive definite in spite of rounding.
 //!
 //! Source: Bar-Shalom, Li & Kirubarajan (2001), "Estimation with applications to tracking and
 //! navigation", §5.2 and §6.3.2 (discretised continuous white noise acceleration).
@@ -15,17 +16,17 @@ use nalgebra::{Matrix2, Matrix2x4, Matrix4, Point2, Vector2, Vector4};
 
 use crate::geom::symmetrize;
 
-/// Something that was seen and may be an object.
+/// Something in a scan that may be an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
-    /// Where its middle is, m.
+    /// Position of its middle, m.
     pub at: Point2<f64>,
     /// Covariance of that, m².
     pub cov: Matrix2<f64>,
     /// How long before the instant of the scan it was seen, s.
     pub age: f64,
-    /// Whether it surely stands in free space: a track begins, and is seen to move, with such ones
-    /// only.
+    /// Whether it certainly stands in free space: only such sightings begin a track, or show that
+    /// it moves.
     pub is_free: bool,
 }
 
@@ -38,23 +39,23 @@ pub struct ObjectState {
     pub cov: Matrix4<f64>,
 }
 
-/// What a sighting says of a state.
+/// The innovation of a state by a sighting.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Innovation {
-    /// Seen less expected, m.
+    /// Measured minus expected position, m.
     v: Vector2<f64>,
     observation: Matrix2x4<f64>,
     noise: Matrix2<f64>,
     inverse: Matrix2<f64>,
     /// Squared Mahalanobis distance.
     pub(super) d2: f64,
-    /// Of the sighting, given that it is this object, 1/m².
+    /// Likelihood of the sighting, given that it is of this object, 1/m².
     pub(super) likelihood: f64,
 }
 
 impl ObjectState {
-    /// What is known from one sighting alone: nothing of the velocity but that it is that of a
-    /// person, `speed_sigma` m/s.
+    /// The state from one sighting alone: nothing is known of the velocity except that it is that
+    /// of a person, with standard deviation `speed_sigma`, m/s.
     #[must_use]
     pub fn begun(sighting: &Sighting, speed_sigma: f64) -> Self {
         let mut cov = Matrix4::zeros();
@@ -73,13 +74,13 @@ impl ObjectState {
         }
     }
 
-    /// Where it is, m.
+    /// Position, m.
     #[must_use]
     pub fn position(&self) -> Point2<f64> {
         Point2::new(self.mean.x, self.mean.y)
     }
 
-    /// Its velocity, m/s.
+    /// Velocity, m/s.
     #[must_use]
     pub fn velocity(&self) -> Vector2<f64> {
         Vector2::new(self.mean.z, self.mean.w)
@@ -109,7 +110,7 @@ impl ObjectState {
         }
     }
 
-    /// Step 2; `None` where the covariance is not positive definite.
+    /// Step 2; `None` if the covariance is not positive definite.
     pub(super) fn innovation(&self, sighting: &Sighting) -> Option<Innovation> {
         let mut observation = Matrix2x4::identity();
         (observation[(0, 2)], observation[(1, 3)]) = (-sighting.age, -sighting.age);
@@ -146,7 +147,7 @@ impl ObjectState {
     }
 
     /// One state with the mean and the covariance of a mixture, whose weights need not add up to 1;
-    /// `None` of a mixture without weight.
+    /// `None` for a mixture without weight.
     #[must_use]
     pub(super) fn of_mixture(parts: &[(f64, Self)]) -> Option<Self> {
         let all: f64 = parts.iter().map(|(weight, _)| weight).sum();
@@ -182,8 +183,8 @@ pub(super) mod tests {
     }
 
     proptest! {
-        /// Straight lines have a closed form: without noise of acceleration, the filter is the
-        /// least-squares line through all sightings and what was known beforehand.
+        /// Straight lines have a closed form: without acceleration noise, the filter is the
+        /// least-squares line through all sightings and the prior.
         #[test]
         fn without_acceleration_it_is_the_regression_line(
             places in proptest::collection::vec((-2.0..2.0_f64, 0.0..0.15_f64), 2..8), step in 0.1..0.5_f64,
@@ -230,7 +231,7 @@ pub(super) mod tests {
             mean: Vector4::new(x, 0.0, 0.0, 0.0),
             cov: Matrix4::zeros(),
         };
-        // Of 0 and 4 with 3 to 1: mean 1, variance 3.
+        // Of 0 and 4 with weights 3 to 1: mean 1, variance 3.
         let state = ObjectState::of_mixture(&[(1.5, at(0.0)), (0.5, at(4.0))]).unwrap();
         assert!((state.mean.x - 1.0).abs() < 1e-12 && (state.cov[(0, 0)] - 3.0).abs() < 1e-12);
         assert_eq!(ObjectState::of_mixture(&[(0.0, at(1.0))]), None);

@@ -6,7 +6,7 @@ use super::*;
 use crate::geom::{Length, Segment};
 use crate::plan::{ConfigSpace, smooth};
 
-/// Nothing in the way.
+/// A space without obstacles.
 struct Open;
 
 impl ConfigSpace for Open {
@@ -30,12 +30,13 @@ impl ConfigSpace for Open {
 struct Ride {
     arrived: bool,
     seconds: f64,
-    /// Greatest distance from the given points, m.
+    /// Greatest distance of the ride from the given points, m.
     off: f64,
     end: Point2<f64>,
 }
 
-/// Drives a robot that obeys its model; `points` are dense points of what it should follow.
+/// Drives a robot that obeys its model; `points` are dense points of the path that it should
+/// follow.
 fn ride(follower: &mut Follower, points: &[Point2<f64>], heading: f64, model: &RobotModel) -> Ride {
     let config = FollowConfig::default();
     let (mut pose, mut speeds) = (Pose2::new(0.0, 0.0, heading), (0.0, 0.0));
@@ -104,8 +105,8 @@ proptest! {
     }
 }
 
-/// A pioneer that aimed 0.25 m ahead at 0.7 m/s swung to and fro after its last bend, and was off
-/// by 16 cm in the end.
+/// Regression: a pioneer that aimed 0.25 m ahead at 0.7 m/s swung to and fro after its last bend,
+/// and was 16 cm off in the end.
 #[test]
 fn a_fast_robot_does_not_swing_about_a_straight_leg() {
     let model = RobotModel::pioneer();
@@ -153,7 +154,7 @@ fn rounded_corners_are_faster_than_stops() {
     );
 }
 
-/// A path pulled tight goes round a pillar in short legs that no arc fits into.
+/// A path pulled tight goes round a pillar in short legs, into which no arc fits.
 #[test]
 fn small_kinks_are_driven_over() {
     let model = RobotModel::rp6();
@@ -222,11 +223,11 @@ proptest! {
         y in -0.12..0.12_f64, heading in -0.3..0.3_f64, pioneer: bool,
     ) {
         let config = FollowConfig::default();
-        // The one aims 0.25 m ahead, the other as far as it drives in 0.8 s.
+        // One aims 0.25 m ahead, the other as far as it drives in 0.8 s.
         let (model, ahead) = if pioneer { (RobotModel::pioneer(), 0.56) } else { (RobotModel::rp6(), 0.25) };
         let straight = crate::geom::Segment::new(Point2::origin(), Point2::new(5.0, 0.0));
         let mut follower = CurveFollower::new(&[Piece::Line(straight)]);
-        // Looking along the line it drives off.
+        // When it faces along the line it drives off.
         follower.steer(&Pose2::identity(), &model, &config);
         let pose = Pose2::new(0.1, y, heading);
         let Some((forward, turn)) = follower.steer(&pose, &model, &config) else {

@@ -1,4 +1,4 @@
-//! The guard against robots that are driven at the fence in every way.
+//! Tests the guard with robots that are driven at the fence in every way.
 
 use nalgebra::Matrix3;
 use proptest::prelude::*;
@@ -9,18 +9,18 @@ use crate::geom::geofence::tests::fence;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::robot::{Command, RobotModel};
 
-/// A robot that takes time for everything: orders come late, wheels get faster and slower as the
-/// model says.
+/// A robot that takes time for everything: commands arrive late, and wheels change their speed as
+/// the model allows.
 struct Robot {
     model: RobotModel,
     pose: Pose2,
     runs: (f64, f64),
-    /// Commands that have not come yet, the oldest first.
+    /// Commands that have not arrived yet, the oldest first.
     on_its_way: std::collections::VecDeque<(f64, f64)>,
 }
 
 const TICK: f64 = 0.02;
-/// An order takes 100 ms to have an effect.
+/// A command takes 100 ms to have an effect.
 const DELAY: usize = 5;
 
 impl Robot {
@@ -33,14 +33,14 @@ impl Robot {
         }
     }
 
-    /// Runs for a tick; how far.
+    /// Runs for a tick; returns the distance.
     fn run(&mut self, speeds: (f64, f64)) -> f64 {
         self.on_its_way.push_back(speeds);
         let wanted = self.on_its_way.pop_front().unwrap();
         let toward = |runs: f64, wanted: f64, most: f64| {
             runs + (wanted - runs).clamp(-most * TICK, most * TICK)
         };
-        // It brakes no better than the model says, and turns no better than in a second.
+        // It brakes only as the model says, and takes a second to change its turn rate.
         let (most, turns) = (self.model.max_acceleration, 2.0);
         self.runs = (
             toward(self.runs.0, wanted.0, 0.7 * most),
@@ -62,7 +62,8 @@ fn guard(fence: Geofence) -> FenceGuard {
     FenceGuard::new(RobotModel::rp6(), fence, FenceConfig::default())
 }
 
-/// Drives as `wishes` say, half a second each; the least clearance of the robot's disc on the way.
+/// Drives with `wishes`, half a second each; returns the least clearance of the robot's disc on the
+/// way.
 fn least(start: Pose2, wishes: &[(f64, f64)]) -> f64 {
     let (fence, mut robot) = (fence(), Robot::new(start));
     let mut guard = guard(fence.clone());
@@ -106,10 +107,10 @@ fn a_robot_at_full_speed_stops_before_the_border_and_not_long_before() {
             way = robot.run((forward, turn));
         }
         let short = 6.0 - model.radius() - robot.pose.x();
-        // The margin, twice σ = 1 cm, and no more than a hand's breadth that it is slow at the end.
+        // The margin, twice σ = 1 cm, and at most a hand's breadth for its slow end.
         assert!((0.05..0.15).contains(&short), "{short}");
         assert!(guard.holds_back() && !guard.is_outside());
-        // Back and on the spot it goes.
+        // Backwards and on the spot it may still move.
         let (back, turn) = (-forward, 0.0);
         let wish = Command::Velocity {
             forward: back,
@@ -196,7 +197,7 @@ fn without_a_pose_or_with_one_that_is_not_sure_it_stands() {
             assert_eq!(guard.limit(wish), Command::Stop);
         }
         assert_eq!(guard.limit(Command::Scan), Command::Scan);
-        // It comes back: what is wished goes on, as with safe mode.
+        // The pose is known again: the request goes on, as with safe mode.
         guard.limit(drive);
         assert_eq!(guard.moved(sure(here), (0.0, 0.0), 0.0), Some(drive));
     }
@@ -207,8 +208,8 @@ fn without_a_pose_or_with_one_that_is_not_sure_it_stands() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// However it is driven, its disc stays inside: in an L with a table in it, from anywhere where
-    /// it stood inside.
+    /// However it is driven, its disc stays inside: in an L with a table in it, from any place
+    /// where it began inside.
     #[test]
     fn nobody_drives_it_out(
         x in 0.0..6.0_f64,

@@ -1,5 +1,5 @@
-//! A long robot among points, driven by what safe mode lets through, against the outline's own
-//! exact test.
+//! A long robot among points, driven with the speeds that safe mode lets through, compared with the
+//! outline's own exact test.
 
 use proptest::prelude::*;
 
@@ -30,8 +30,8 @@ fn seen(walls: &[Segment], pose: &Pose2) -> Points {
     scan_of_hits(ends)
 }
 
-/// Drives with these wishes, each for a second, the speeds following as the model allows; the pose
-/// at each tick.
+/// Drives with these requests, each for a second, the speeds following as the model allows; returns
+/// the pose at each tick.
 fn drive(walls: &[Segment], wishes: &[(f64, f64)]) -> Vec<Pose2> {
     const TICK: f64 = 0.05;
     let (model, config) = (long(), SafeConfig::default());
@@ -79,7 +79,8 @@ proptest! {
     }
 }
 
-/// Each tick it could come nearer by what points scatter, and crept through the wall.
+/// Regression: at each tick it could come nearer by the scatter of points, and crept through the
+/// wall.
 #[test]
 fn a_wish_that_is_held_does_not_creep_into_a_wall() {
     let outline = long().outline(0.0).unwrap();
@@ -129,7 +130,7 @@ fn a_gap_narrower_than_the_disc_is_driven_through_and_no_turn_is_made_in_it() {
     let end = inside.last().unwrap();
     assert!((0.9..1.4).contains(&end.x()), "{end:?}");
     assert!(end.heading() > 0.02 && end.heading() < 0.2, "{end:?}");
-    // The disc does not even get in.
+    // The disc does not even fit in.
     let disc = RobotModel {
         shape: BodyShape::Disc,
         ..long()

@@ -48,13 +48,13 @@ proptest! {
         let swept = free_distance((forward, turn), &seen(&points), &Pose2::identity(), radius, most);
         let ends: Vec<_> = points.iter().map(|&(x, y)| Point2::new(x, y)).collect();
         let exact = free_on_arc((forward, turn), &ends, radius, most);
-        // What is grazed for less than a step the sweep does not see: it may go on.
+        // The sweep misses a graze shorter than a step, and may go on.
         let grown = free_on_arc((forward, turn), &ends, radius - 2e-3, most);
         prop_assert!(swept > exact - 0.011 && swept < grown + 0.011, "{swept} {exact} {grown}");
     }
 
-    /// Whatever stands around: what is chosen can be driven next, and the robot can stand before it
-    /// touches anything.
+    /// Whatever stands around: the chosen speeds can be driven next, and the robot can stop before
+    /// it touches anything.
     #[test]
     fn what_is_chosen_is_in_the_window_and_admissible(
         points in proptest::collection::vec((-2.0..2.0_f64, -2.0..2.0_f64), 0..20),
@@ -102,7 +102,7 @@ fn it_passes_who_stands_beside_the_way_on_the_free_side() {
 fn nothing_is_admissible_for_who_is_too_fast_to_stand() {
     let wall: Vec<_> = (-20..=20).map(|i| (0.45, 0.05 * f64::from(i))).collect();
     assert_eq!(chosen((1.0, 0.0), &wall, (0.7, 0.0)), None);
-    // From standing there is always turning on the spot.
+    // A standing robot can always turn on the spot.
     assert!(chosen((1.0, 0.0), &wall, (0.0, 0.0)).is_some());
 }
 

@@ -1,4 +1,4 @@
-//! Touching and being near against sampled poses and points.
+//! Contact and distance compared with sampled poses and points.
 
 use super::*;
 use crate::geom::Length;
@@ -34,7 +34,7 @@ proptest! {
             poses.map(|pose| depth(&pose, &wall)).fold(f64::NEG_INFINITY, f64::max)
         };
         let check = |found: bool, deepest: f64| {
-            // Within what sampling misses it decides nothing.
+            // Within the resolution of the samples, sampling decides nothing.
             deepest.abs() < 8e-3 || found == (deepest < 0.0)
         };
         prop_assert!(check(robot.fits(&pose, &[wall]), depth(&pose, &wall)));
@@ -59,7 +59,7 @@ proptest! {
         prop_assert!(robot.distance(inverse * on_robot).abs() < 1e-9 && wall.distance(on_wall) < 1e-9);
         let apart = (on_robot - on_wall).length();
         let sampled = (0..=400).map(|i| inverse * (wall.a + wall.vector() * (f64::from(i) / 400.0)));
-        // To a rectangle: what its half sides leave of the coordinates.
+        // Distance to a rectangle: the parts of the coordinates beyond its half sides.
         let to_rectangle = |p: Point2<f64>| libm::hypot((p.x.abs() - 0.25).max(0.0), (p.y.abs() - 0.15).max(0.0));
         let least = sampled.clone().map(to_rectangle).fold(f64::INFINITY, f64::min);
         prop_assert!(apart <= least + 1e-9 && least - apart < 0.01, "{} {}", apart, least);

@@ -1,4 +1,4 @@
-//! The fence against border points and cells counted one by one.
+//! The fence compared with border points and with cells counted one by one.
 
 use super::*;
 
@@ -25,15 +25,15 @@ pub(crate) fn fence() -> Geofence {
     .unwrap()
 }
 
-/// A second way to say where is inside, without a polygon: half planes.
+/// A second definition of inside, without a polygon: half planes.
 fn is_allowed(x: f64, y: f64) -> bool {
     let in_l = (0.0..=6.0).contains(&x) && (0.0..=5.0).contains(&y) && (x <= 2.0 || y <= 2.0);
-    // The table's sides: y = 0.8, and two that rise and fall by 0.8 a metre to its top.
+    // The table's sides: y = 0.8, and two that rise and fall by 0.8 per metre to its top.
     let in_table = y >= 0.8 && y <= 0.8 + 0.8 * (x - 3.5) && y <= 0.8 - 0.8 * (x - 4.5);
     in_l && !in_table
 }
 
-/// The distance to the border by trying every centimetre of it.
+/// The distance to the border, by trying every centimetre of it.
 fn by_trying(fence: &Geofence, at: Point2<f64>) -> f64 {
     let mut nearest = f64::INFINITY;
     for zone in fence.zones() {
@@ -57,7 +57,8 @@ fn the_clearance_has_the_sign_of_half_planes_and_is_no_more_than_the_way_to_the_
             let clearance = fence.clearance(Point2::new(x, y));
             assert_eq!(clearance > 0.0, is_allowed(x, y), "({x}, {y}): {clearance}");
             let tried = by_trying(&fence, Point2::new(x, y));
-            // The table lies wholly in the only zone to stay in: here it is the distance itself.
+            // The table lies wholly in the only keep-in zone: here the clearance is the distance
+            // itself.
             let off = (clearance.abs() - tried).abs();
             assert!(off < 0.006, "({x}, {y}): {clearance}, {tried}");
         }

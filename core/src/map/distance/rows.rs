@@ -1,28 +1,28 @@
 //! The second step of the distance transform: along a row.
 //!
-//! In: for each column the cells g to the nearest source in it. Out: √ of the least (c - q)² +
-//! g(q)² over all columns q.
+//! In: for each column the number g of cells to the nearest source in it. Out: √ of the least (c -
+//! q)² + g(q)² over all columns q.
 //!
-//! 1. Near sources are tried one by one, many columns at a time: a column q farther off than the
-//!    least that was found so far cannot have less. Most cells of a map lie within a few metres of
+//! 1. Near sources are tried one by one, many columns at a time: a column q farther away than the
+//!    least distance found so far cannot improve it. Most cells of a map lie within a few metres of
 //!    a wall.
 //! 2. A row with a cell that has no source within [`NEAR`] is measured by the lower envelope of its
-//!    parabolas: built in one sweep over the columns and read in a second one, however far sources
-//!    are. Both are linear in the number of cells.
+//!    parabolas: built in one sweep over the columns and read in a second one, however far the
+//!    sources are. Both are linear in the number of cells.
 
 /// How far step 1 looks, cells.
 const NEAR: usize = 128;
-/// Squared, what is farther than step 1 looks; with `NEAR`² more it still fits 16 bits.
+/// A squared distance beyond the reach of step 1; with `NEAR`² added it still fits 16 bits.
 const FAR: u16 = 40_000;
-/// Columns at a time.
+/// Columns worked on at a time.
 const CHUNK: usize = 64;
-/// Columns are tried by so many to either side before it is asked whether more are needed.
+/// This many columns to either side are tried before checking whether more are needed.
 const STRIDE: usize = 4;
 
 /// Measures rows.
 pub(super) struct RowPass {
     resolution: f64,
-    /// g² of each column, with `NEAR` columns more on either side in which there is nothing.
+    /// g² of each column, with `NEAR` columns without sources added on either side.
     squared: Vec<u16>,
     /// The least squared distance of each column.
     nearest: Vec<u16>,
@@ -40,7 +40,7 @@ impl RowPass {
         }
     }
 
-    /// Distances in metres; `out` stays as it is where the row has no source.
+    /// Writes distances in metres; `out` does not change if the row has no source.
     #[inline(always)]
     pub(super) fn measure(&mut self, gaps: &[u32], out: &mut [f32]) {
         if !self.measure_near(gaps, out) {
@@ -48,7 +48,7 @@ impl RowPass {
         }
     }
 
-    /// Step 1. Tells whether it found the nearest source of every column.
+    /// Step 1. Returns whether it found the nearest source of every column.
     #[inline(always)]
     fn measure_near(&mut self, gaps: &[u32], out: &mut [f32]) -> bool {
         let inner = self.squared.iter_mut().skip(NEAR);
@@ -71,8 +71,8 @@ impl RowPass {
     }
 }
 
-/// The least squared distances of the columns from `first` on, of which `columns` count; `None`
-/// where one of these has no source near.
+/// The least squared distances of the columns from `first` on, of which `columns` count; `None` if
+/// one of these has no source nearby.
 #[inline(always)]
 fn nearest_of(squared: &[u16], first: usize, columns: usize) -> Option<[u16; CHUNK]> {
     let from = |at: usize| squared.get(at..)?.first_chunk::<CHUNK>();
@@ -104,11 +104,11 @@ fn nearest_of(squared: &[u16], first: usize, columns: usize) -> Option<[u16; CHU
 /// Step 2: the lower envelope of the parabolas of one row.
 #[derive(Default)]
 struct Envelope {
-    /// Those that are the lowest somewhere, from left to right.
+    /// The parabolas that are lowest somewhere, from left to right.
     parabolas: Vec<Parabola>,
 }
 
-/// (c - `col`)² + `height`, and `from` where it is lower than the one before.
+/// The parabola (c - `col`)² + `height`; from column `from` on it is lower than the one before.
 #[derive(Clone, Copy)]
 struct Parabola {
     col: f64,
@@ -140,7 +140,7 @@ impl Envelope {
     fn push(&mut self, col: f64, height: f64) {
         let mut from = f64::NEG_INFINITY;
         while let Some(last) = self.parabolas.last() {
-            // Where the parabola at `col` falls below the last one.
+            // The column where the parabola at `col` falls below the last one.
             let rise = (height + col * col) - (last.height + last.col * last.col);
             let meet = rise / (2.0 * (col - last.col));
             if meet > last.from {

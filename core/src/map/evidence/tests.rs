@@ -11,8 +11,8 @@ use crate::points::fixture::{beam_along, normal, scan_of};
 
 const CELL: f64 = 0.05;
 
-/// Beams all round, a degree apart, each with the range that `range` gives for its bearing; none
-/// where it gives none.
+/// Beams all round, a degree apart, each with the range that `range` gives for its bearing, or
+/// without a return if it gives none.
 fn points(range: impl Fn(f64) -> Option<f64>) -> Points {
     let beam = |beam_idx: usize| {
         let bearing = TAU * beam_idx as f64 / 360.0;
@@ -37,7 +37,7 @@ fn turned(point: &Point2<f64>, angle: f64) -> Point2<f64> {
     Pose2::new(0.0, 0.0, angle) * *point
 }
 
-/// Whether something is drawn within so many metres of a place.
+/// Whether a hit lies within this many metres of a place.
 fn is_hit(evidence: &Evidence, at: &Point2<f64>, within: f64) -> bool {
     evidence.hits.iter().any(|hit| (hit - at).length() < within)
 }
@@ -73,14 +73,14 @@ fn a_beam_without_a_return_is_free_for_some_metres_only() {
             };
             let evidence = certain(&hall, 0.0, &config);
             assert_eq!(evidence.hits.len(), 58);
-            // A cone leaves its last cell as it is.
+            // A cone leaves its last cell unchanged.
             let least = if cone > 0.0 { CELL } else { 0.0 };
             let ways = evidence.free.iter().flatten();
             assert!(ways.flat_map(|end| end.iter()).all(|n| n.is_finite()));
             for [_, end] in &evidence.free {
                 let bearing = libm::atan2(end.y, end.x).rem_euclid(TAU);
                 let length = end.coords.length() + least;
-                // The cones of hits reach a little to either side of them.
+                // The cones of hits reach a little to each side of them.
                 if (1.2..6.1).contains(&bearing) {
                     assert!((length - free).abs() < 1e-9, "{clears} {cone}: {length}");
                 } else if (0.2..0.8).contains(&bearing) {
@@ -155,9 +155,9 @@ fn a_wall_ahead_is_drawn_however_unsure_the_direction() {
     assert!((end.y - 3.0).abs() < 0.01, "{end}");
 }
 
-/// Ranges that err by 4 cm, as an RPLIDAR's do at 6 m. By theory a line through 2 k + 1 hits errs
-/// by σ / √(2 k + 1) in its middle; within reach at this range are two or three to either
-/// side, one less now and then where noise takes it away.
+/// Ranges with errors of 4 cm, like an RPLIDAR's at 6 m. In theory a line through 2 k + 1 hits has
+/// an error of σ / √(2 k + 1) in its middle; within reach at this range are two or three on each
+/// side, sometimes one fewer when noise takes it away.
 #[test]
 fn a_far_wall_is_thinner_than_its_ranges_scatter() {
     const SIGMA: f64 = 0.04;
@@ -205,12 +205,12 @@ fn beside_a_post_only_what_lies_before_it_is_surely_free() {
             length(beam)
         );
     }
-    // The round wall is taken for the line of its neighbours.
+    // The round wall is taken for the line through its neighbours.
     let is_hit = |beam: usize| is_hit(&evidence, &points.beams[beam].end_in_robot, 0.01);
     assert!(!is_hit(edge + 1) && is_hit(edge + 4));
 }
 
-/// Draws a drive of 12 m between two walls, 2 m apart and 30 m long, whose headings err by half a
+/// Draws a drive of 12 m between two walls, 2 m apart and 30 m long, with heading errors of half a
 /// degree.
 fn corridor(evidence: impl Fn(&Points, f64) -> Evidence) -> Grid {
     const SIGMA: f64 = 0.0087;
@@ -225,8 +225,8 @@ fn corridor(evidence: impl Fn(&Points, f64) -> Evidence) -> Grid {
     grid
 }
 
-/// Cells of the wall y = 1.02 beside the drive that are occupied, and cells behind it that are
-/// free, as parts.
+/// Fraction of the cells of the wall y = 1.02 beside the drive that are occupied, and of the cells
+/// behind it that are free.
 fn wall_and_spray(grid: &Grid) -> (f64, f64) {
     let part = |rows: std::ops::Range<i32>, state: CellState| {
         let cells =
@@ -245,7 +245,7 @@ fn walls_of_a_corridor_outlast_beams_at_flat_angles() {
     let config = EvidenceConfig::default();
     let (wall, spray) = wall_and_spray(&corridor(|points, sigma| certain(points, sigma, &config)));
     assert!(wall > 0.99 && spray < 0.001, "{wall} {spray}");
-    // What it is for: beams believed to their ends.
+    // Why this is needed: beams believed to their ends.
     let (wall, spray) = wall_and_spray(&corridor(|points, _| Evidence::of(points)));
     assert!(wall < 0.5 && spray > 0.05, "{wall} {spray}");
 }
@@ -273,12 +273,12 @@ fn a_sonar_clears_its_whole_cone_up_to_what_it_heard_and_no_farther() {
     points.beams[0].is_hit = true;
     let evidence = Evidence::certain(&points, &[half], CELL, &EvidenceConfig::cones(half));
     let mut grid = Grid::new(GridConfig::default()).unwrap();
-    // What was seen once is not yet believed.
+    // Cells seen only once are not yet believed.
     for _ in 0..2 {
         grid.draw(&evidence, &Pose2::identity());
     }
     assert_eq!(evidence.hits, [Point2::new(range, 0.0)]);
-    // Every cell of the sector but those at its border, by a search of its own.
+    // Every cell of the sector except those at its border, by an independent search.
     for col in -50..60 {
         for row in -50..50 {
             let centre = Point2::new(f64::from(col) + 0.5, f64::from(row) + 0.5) * CELL;

@@ -1,4 +1,4 @@
-//! The cells between the beams of a scan: steps 1 to 3 of the area in [`super::free_cells`].
+//! The cells between the beams of a scan: steps 1 to 3 of the area rule in [`super::free_cells`].
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use super::{BLOCK, BLOCK_BITS, BLOCK_CELLS, BlockIndex, Grid};
 use crate::geom::{Length, sides_of};
 use crate::points::WIDEST_GAP;
 
-/// Ways, and working memory that is kept between scans.
+/// The ways, and working memory that is kept between scans.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Area {
     pub(super) ways: Vec<Way>,
@@ -25,7 +25,8 @@ impl Area {
         let ways = std::mem::take(&mut self.ways);
         let turns: Vec<f64> = ways.windows(2).map(|w| turn(&w[0], &w[1])).collect();
         let is_joined = |turn: f64| turn > 0.0 && turn < WIDEST_GAP;
-        // Not where nothing was seen for a while: the other way round may be the shorter one.
+        // Not across a range of bearings where nothing was seen: the other way round may be the
+        // shorter one.
         let small = turns.iter().filter(|turn| is_joined(turn.abs()));
         let direction = small.sum::<f64>().signum();
         let (mut first, mut turned) = (0, 0.0);
@@ -35,7 +36,8 @@ impl Area {
                 continue;
             }
             self.fill(&ways[first..=at], grid);
-            // A fan that has come round would cover itself: the next one begins with its last way.
+            // A fan that goes all the way round would overlap itself: the next fan begins with its
+            // last way.
             (first, turned) = if is_joined(turn) {
                 (at, turn)
             } else {
@@ -90,7 +92,7 @@ impl Area {
     fn mark_inside(&mut self, rect: &BlockRect, grid: &mut Grid) {
         let blocks = self.flags.chunks_mut(rect.cols as usize);
         for (band, row) in blocks.zip(rect.rows.clone()) {
-            // By row of the band: all ones where the word before ended inside.
+            // One word for each row of the band: all ones if the word before ended inside.
             let mut inside = [0; BLOCK_CELLS];
             for (flags, col) in band.iter_mut().zip(rect.col..) {
                 if flags.iter().chain(&inside).all(|word| *word == 0) {
@@ -121,7 +123,7 @@ struct BlockRect {
 }
 
 impl BlockRect {
-    /// `None` around nothing.
+    /// `None` without points.
     fn around(outline: &[Point2<f64>]) -> Option<Self> {
         let first = *outline.first()?;
         let (low, high) = outline
@@ -139,8 +141,8 @@ impl BlockRect {
         self.cols as usize * self.rows.len()
     }
 
-    /// Block, row in it and bit of a cell; `None` right of the rectangle, where there is nothing to
-    /// be turned round.
+    /// Block, row in it and bit of a cell; `None` right of the rectangle, where no cell has to be
+    /// toggled.
     #[inline]
     fn place(&self, col: i32, row: i32) -> Option<(usize, usize, u64)> {
         let across = (col >> BLOCK_BITS) - self.col;
@@ -151,10 +153,10 @@ impl BlockRect {
     }
 }
 
-/// The first row (or column) whose centre does not lie below (or left of) `at`.
+/// The first row (or column) whose centre is not below (or left of) `at`.
 #[inline]
 fn first_centre_from(at: f64) -> i32 {
-    // By hand: where the machine has no instruction for it, `ceil` is a call.
+    // By hand, because `ceil` is a function call if the machine has no instruction for it.
     let whole = (at - 0.5) as i32;
     whole + i32::from(at - 0.5 > f64::from(whole))
 }
@@ -168,7 +170,7 @@ fn parity_up_to_each_bit(mut word: u64) -> u64 {
     word
 }
 
-/// Where a way stands back from the surface by a cell.
+/// The end of a way, moved back from the surface by a cell.
 fn end_of([start, end]: &Way) -> Point2<f64> {
     let way = end - start;
     let cells = way.length();
@@ -179,8 +181,8 @@ fn end_of([start, end]: &Way) -> Point2<f64> {
     }
 }
 
-/// How far the next way turns on to the left: the tangent of the angle, which for small ones is the
-/// angle; 0 from a right angle on, and where a way has no direction.
+/// By how much the next way turns to the left: the tangent of the angle, which equals the angle
+/// when it is small; 0 from a right angle on, and if a way has no direction.
 fn turn(way: &Way, next: &Way) -> f64 {
     let (way, next) = (way[1] - way[0], next[1] - next[0]);
     let along = way.dot(&next);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{BLOCK_CELLS, BlockIndex};
 use crate::lanes::Lanes;
 
-/// The configuration in log-odds.
+/// The configuration, in log-odds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Odds {
     pub(super) hit: f32,
@@ -20,18 +20,18 @@ pub(super) type Cells = [f32; BLOCK_CELLS * BLOCK_CELLS];
 
 #[derive(Clone, Debug)]
 pub(super) struct Block {
-    /// Shared with other blocks that hold the same (and with copies of the grid) until something is
-    /// written.
+    /// Shared with other blocks of the same content (and with copies of the grid) until something
+    /// is written.
     cells: Arc<Cells>,
     /// Cells that are as free as the clamp allows, a bit each: another miss changes nothing there.
-    /// In a room that has been seen for a while those are nearly all.
+    /// In a room that has been seen for a while nearly all cells are like that.
     least: Box<[u64; BLOCK_CELLS]>,
-    /// Where its marks are among those of the scan being inserted; `None` between scans.
+    /// Index of its marks in the scan being inserted; `None` between scans.
     pub(super) marks: Option<usize>,
     pub(super) revision: u64,
 }
 
-/// What the scan being inserted sees of a block: one bit for each cell, row by row.
+/// The marks of the scan being inserted in one block: one bit for each cell, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Marks {
     pub(super) block: BlockIndex,
@@ -55,8 +55,8 @@ impl Odds {
         *cell = (*cell + by).clamp(-self.limit, self.limit);
     }
 
-    /// A miss for the cells of a row whose bits are set. Which cells are then as free as the clamp
-    /// allows comes back.
+    /// Adds a miss to the cells of a row whose bits are set. Returns which of them are then as free
+    /// as the clamp allows.
     #[inline(always)]
     fn miss_cells<L: Lanes>(
         &self,
@@ -87,7 +87,7 @@ impl Block {
         }
     }
 
-    /// Holds these cells from here on; those that are as free as the clamp allows hold `least`.
+    /// Replaces the cells by these; cells that are as free as the clamp allows hold `least`.
     pub(super) fn take_over(&mut self, cells: Arc<Cells>, least: f32) {
         let rows = cells.as_chunks::<BLOCK_CELLS>().0;
         for (bits, row) in self.least.iter_mut().zip(rows) {
@@ -102,9 +102,9 @@ impl Block {
         &self.cells
     }
 
-    /// Writes marks into the cells and takes them away. Once per cell: where a beam ended, that
-    /// others crossed it does not count. `free` is a block of cells that all are as free as the
-    /// clamp allows.
+    /// Writes marks into the cells and clears them, once per cell: in a cell where a beam ended,
+    /// other beams that crossed it do not count. `free` is a block of cells that are all as free as
+    /// the clamp allows.
     #[inline(always)]
     pub(super) fn write<L: Lanes>(
         &mut self,
@@ -139,8 +139,8 @@ impl Block {
     }
 }
 
-/// Visits the cells of a row whose bits are set, run by run: long runs are what a processor is good
-/// at.
+/// Visits the cells of a row whose bits are set, run by run, because a processor handles long runs
+/// fast.
 #[inline]
 fn for_runs(row: &mut [f32], mut bits: u64, visit: impl Fn(&mut f32)) {
     while bits != 0 {

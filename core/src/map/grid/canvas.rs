@@ -1,17 +1,17 @@
-//! Lines of a scan drawn into bits, before the blocks of the grid hear of them.
+//! Lines of a scan drawn into bits, before they go to the blocks of the grid.
 //!
-//! In: lines in slices. Out: for each block the cells that any line has, as 64 words.
+//! In: lines in slices. Out: for each block the cells on any line, as 64 words.
 //!
-//! `cells` is the plain form: every cell of every slice of every line. The tests hold the canvas to
-//! it, cell for cell. The canvas is faster by drawing slices as words, and trades memory for it: a
-//! sheet as large as all lines together.
+//! `cells` is the plain form: every cell of every slice of every line. The tests compare the canvas
+//! with it, cell for cell. The canvas is faster because it draws slices as words, and needs more
+//! memory: a sheet as large as all lines together.
 //!
-//! 1. Lines along x are drawn row by row; those along y into a second sheet with columns for rows.
-//!    So slices are few and long whatever the direction, and every one that is no longer than 56
-//!    cells is one change of one word.
-//! 2. A row is a string of bytes, and a word begins at any of them: no slice is parted where blocks
-//!    meet.
-//! 3. Block by block words are read back, those of the second sheet turned.
+//! 1. Lines along x are drawn row by row; lines along y into a second, transposed sheet. So slices
+//!    are few and long in any direction, and every slice of up to 56 cells is one change of one
+//!    word.
+//! 2. A row is a string of bytes, and a word begins at any of them: no slice has to be split where
+//!    blocks meet.
+//! 3. The words are read back block by block, those of the second sheet transposed.
 
 use pulp::NullaryFnOnce;
 
@@ -20,12 +20,12 @@ use crate::lanes::widened;
 use crate::map::CellIndex;
 use crate::map::line::{CellLine, FRACTION};
 
-/// A row of a block in bytes.
+/// Bytes of a row of a block.
 const ROW_BYTES: usize = BLOCK_CELLS / 8;
-/// Lines that reach farther than this many cells from the beginning of the first one are not for a
+/// Lines that reach farther than this many cells from the beginning of the first one do not fit a
 /// canvas.
 const REACH: u32 = 2048;
-/// A slice that begins at any bit of a byte and fits a word.
+/// Length of a slice that begins at any bit of a byte and still fits a word.
 const WORD_SLICE: i64 = 55;
 
 /// Rows of one block, a bit for each cell.
@@ -41,8 +41,8 @@ pub(crate) struct Canvas {
 }
 
 impl Canvas {
-    /// Takes a line, to be drawn with the others; gives it back where it is too far away from the
-    /// first one.
+    /// Takes a line, to be drawn with the others; returns it if it is too far away from the first
+    /// one.
     pub(crate) fn take(&mut self, line: CellLine) -> Option<CellLine> {
         let ends = line.ends();
         let first = self.first.unwrap_or(ends[0]);
@@ -62,7 +62,7 @@ impl Canvas {
         None
     }
 
-    /// Draws all lines, and hands on what there is in each block.
+    /// Draws all lines, and passes on the bits of each block.
     pub(crate) fn draw(&mut self, mut visit: impl FnMut(BlockIndex, Bits)) {
         let Self { first, flat, steep } = self;
         flat.draw();
@@ -76,20 +76,20 @@ impl Canvas {
     }
 }
 
-/// Rows of bits (or columns, where those of lines along y are drawn).
+/// Rows of bits (or columns, in the sheet for lines along y).
 #[derive(Clone, Debug, Default)]
 struct Sheet {
-    /// Those that go its way and are to be drawn.
+    /// The lines of this sheet's direction, to be drawn.
     lines: Vec<CellLine>,
-    /// The lowest block, along and across.
+    /// The lowest block in each of the two directions, along and across.
     low: [i32; 2],
-    /// Bytes of a row; those of its blocks, and of a word that sticks out.
+    /// Bytes of a row: those of its blocks, plus room for a word that sticks out.
     row_bytes: usize,
     bytes: Vec<u8>,
 }
 
 impl Sheet {
-    /// Draws its lines, emptied and as large as they need.
+    /// Clears the sheet, makes it as large as its lines need, and draws them.
     fn draw(&mut self) {
         self.bytes.clear();
         let mut low = [i32::MAX; 2];
@@ -141,7 +141,7 @@ impl Sheet {
         self.draw_slice(row(line.more), cell(place) + line.gap, to);
     }
 
-    /// Any number of cells.
+    /// A slice of any length.
     #[inline(always)]
     fn draw_slice(&mut self, row: usize, from: usize, to: usize) {
         let bytes = row * self.row_bytes..(row + 1) * self.row_bytes;
@@ -154,7 +154,7 @@ impl Sheet {
         }
     }
 
-    /// Hands on the blocks in which there is something, along and across.
+    /// Passes on the blocks that contain something, along and across.
     fn for_blocks(&self, mut visit: impl FnMut([i32; 2], &mut Bits)) {
         if self.bytes.is_empty() {
             return;
@@ -179,8 +179,8 @@ impl Sheet {
     }
 }
 
-/// A slice in each row, each of which fits a word; the first begins at `place`. Tells where the
-/// next one would.
+/// Draws a slice in each row, each of which fits a word; the first begins at `place`. Returns where
+/// the next one would begin.
 #[inline(always)]
 fn draw_short_slices<'a>(
     rows: impl Iterator<Item = &'a mut [u8]>,
@@ -198,11 +198,11 @@ fn draw_short_slices<'a>(
 
 #[inline(always)]
 fn cell(place: i64) -> usize {
-    // Unsigned, so that the compiler knows how large it can be.
+    // Unsigned, so that the compiler knows its range.
     (place as u64 >> FRACTION) as usize
 }
 
-/// Sets the cells that are set in `cells`, the lowest of which is number `from` of the row.
+/// Sets in the row the bits of `cells`, the lowest of which is the row's cell `from`.
 #[inline(always)]
 fn draw_word(row: &mut [u8], from: usize, cells: u64) {
     let word = row.get_mut(from / 8..from / 8 + 8);
@@ -211,7 +211,7 @@ fn draw_word(row: &mut [u8], from: usize, cells: u64) {
     }
 }
 
-/// Draws the lines of a sheet and takes them off.
+/// Draws the lines of a sheet and removes them.
 struct DrawLines<'a>(&'a mut Sheet);
 
 impl NullaryFnOnce for DrawLines<'_> {
@@ -228,8 +228,8 @@ impl NullaryFnOnce for DrawLines<'_> {
     }
 }
 
-/// Rows become columns: blocks of half the size change places, then those in them, down to single
-/// bits.
+/// Transposes the bits: blocks of half the size change places, then those inside them, down to
+/// single bits.
 ///
 /// Source: Warren (2012), "Hacker's Delight", §7-3.
 struct Turn<'a>(&'a mut Bits);
@@ -265,7 +265,7 @@ mod tests {
 
     use super::*;
 
-    /// All cells of some lines.
+    /// All cells of the lines.
     fn cells(lines: &[CellLine]) -> std::collections::BTreeSet<(i32, i32)> {
         let cells = lines.iter().flat_map(|line| line.cells());
         cells.map(|cell| (cell.col, cell.row)).collect()

@@ -32,21 +32,21 @@ config! {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridError {
-    /// A figure of [`GridConfig`] out of its bounds.
+    /// A value of [`GridConfig`] is out of its bounds.
     #[error("grid: {0}")]
     Bounds(#[from] OutOfBounds),
     /// Something was seen where the grid may not grow.
     #[error("grid: holds {blocks} blocks of at most {max_blocks}; what was seen beyond is skipped")]
     Full {
-        /// Blocks that it holds.
+        /// Number of blocks that it holds.
         blocks: usize,
-        /// Most that it may hold.
+        /// Greatest number that it may hold.
         max_blocks: usize,
     },
 }
 
 impl GridConfig {
-    /// Celej's own figures: prior 0.5, hit 0.8, miss 0.2.
+    /// Celej's own values: prior 0.5, hit 0.8, miss 0.2.
     #[must_use]
     pub fn celej() -> Self {
         Self {
@@ -56,16 +56,16 @@ impl GridConfig {
         }
     }
 
-    /// What [`Self::resolution`] may be, m.
+    /// Bounds of [`Self::resolution`], m.
     pub const RESOLUTION: Bounds = [0.01, 0.5];
-    /// What [`Self::hit`] may be.
+    /// Bounds of [`Self::hit`].
     pub const HIT: Bounds = [0.51, 0.99];
-    /// What [`Self::miss`] may be.
+    /// Bounds of [`Self::miss`].
     pub const MISS: Bounds = [0.01, 0.49];
-    /// What [`Self::clamp`] may be.
+    /// Bounds of [`Self::clamp`].
     pub const CLAMP: Bounds = [0.001, 0.4];
 
-    /// # Errors    [`GridError::Bounds`] naming the first figure out of its bounds.
+    /// # Errors    [`GridError::Bounds`] naming the first value out of its bounds.
     pub fn validate(&self) -> Result<(), GridError> {
         Ok(check(&[
             ("resolution", self.resolution, Self::RESOLUTION),

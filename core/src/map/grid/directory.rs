@@ -1,4 +1,4 @@
-//! Where the blocks are.
+//! The directory of blocks.
 
 use std::sync::Arc;
 
@@ -6,8 +6,7 @@ use super::BLOCK_CELLS;
 use super::block::{Block, Cells};
 use crate::map::BlockIndex;
 
-/// Dense rectangle of block pointers that is laid again, twice as large, when a block falls
-/// outside.
+/// Dense rectangle of block pointers that is rebuilt, twice as large, when a block falls outside.
 #[derive(Clone, Debug)]
 pub(super) struct Directory {
     origin: BlockIndex,
@@ -15,7 +14,7 @@ pub(super) struct Directory {
     rows: i32,
     pub(super) blocks: Vec<Option<Block>>,
     pub(super) count: usize,
-    /// What new blocks hold.
+    /// The content of new blocks.
     unknown: Arc<Cells>,
 }
 
@@ -70,7 +69,7 @@ impl Directory {
         Some(slot)
     }
 
-    /// Lays the directory again so that it holds `index`, with room to spare on the side that grew.
+    /// Rebuilds the directory so that it holds `index`, with room to spare on the side that grew.
     fn grow(&mut self, index: BlockIndex, max_blocks: usize) -> Option<()> {
         let span = |origin: i32, len: i32, at: i32| {
             let (low, high) = if len == 0 {
@@ -93,7 +92,7 @@ impl Directory {
         };
         let (col, cols) = span(self.origin.col, self.cols, index.col)?;
         let (row, rows) = span(self.origin.row, self.rows, index.row)?;
-        // A stray beam far away must not lay out a directory for the whole way there.
+        // A stray beam far away must not create a directory for the whole distance.
         if i64::from(cols) * i64::from(rows) > 16 * max_blocks as i64 {
             return None;
         }

@@ -1,4 +1,4 @@
-//! Cells that a person sets, whatever beams said of them.
+//! Cells set by a person, regardless of what beams said of them.
 
 use std::sync::Arc;
 
@@ -9,7 +9,8 @@ use crate::geom::ring_holds;
 use crate::map::{CellIndex, cells_on_ray};
 
 impl Grid {
-    /// Makes the cells unknown whose middles lie within a polygon, whatever way round it goes.
+    /// Makes the cells unknown whose centres lie within a polygon, in whichever direction its
+    /// corners go round.
     pub fn forget_within(&mut self, corners: &[Point2<f64>]) {
         let resolution = self.config.resolution;
         let corners: Vec<Point2<f64>> = corners.iter().map(|c| c / resolution).collect();
@@ -51,7 +52,7 @@ impl Grid {
         }
     }
 
-    /// Gives cells of a block that there is these log-odds; where they have them, nothing changes.
+    /// Gives cells of an existing block these log-odds; if they already have them, nothing changes.
     fn set(&mut self, index: BlockIndex, offsets: &[usize], odds: f32) {
         let (revision, least) = (self.revision + 1, -self.odds.limit);
         let Some(block) = self.directory.get_mut(index) else {

@@ -13,7 +13,7 @@ impl Grid {
         blocks.reduce(CellRect::around)
     }
 
-    /// The smallest rectangle that holds all cells of whose log-odds this is true; `None` where
+    /// The smallest rectangle that holds all cells whose log-odds satisfy the condition; `None` if
     /// there is none.
     #[must_use]
     pub fn rect_where(&self, is_meant: impl Fn(f32) -> bool) -> Option<CellRect> {

@@ -1,8 +1,9 @@
-//! In: a place. Out: what the map knows of the cell there, and what one more look would make of it.
+//! In: a place. Out: what the map knows of the cell there, and how one more observation would
+//! change it.
 //!
-//! Celej §2 sums up evidence as l ← l + l_hit or l + l_miss, kept within ± a limit, and gives the
-//! probability back as p = 1 - 1/(1 + eˡ) (erratum to Celej eq. (3)). How many of each there were
-//! is not kept: only their sum is.
+//! Celej §2 sums up evidence as l ← l + l_hit or l + l_miss, kept within ± a limit, and returns the
+//! probability as p = 1 - 1/(1 + eˡ) (erratum to Celej eq. (3)). The counts of hits and misses are
+//! not kept, only the sum.
 
 use nalgebra::Point2;
 
@@ -12,25 +13,25 @@ use crate::map::{CellIndex, CellState, Layer, Layers};
 /// What is known of one cell. Log-odds are natural: l = ln(p / (1 - p)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellFigures {
-    /// Which one.
+    /// The cell.
     pub cell: CellIndex,
     /// Its side, m.
     pub resolution: f64,
-    /// Log-odds of what is looked at; 0 where nothing is known.
+    /// Log-odds in the map that is shown; 0 if unknown.
     pub log_odds: f64,
     /// Probability that it is occupied.
     pub probability: f64,
-    /// What is believed of it.
+    /// The believed state.
     pub state: CellState,
-    /// Log-odds by the sensor which the pose comes from alone.
+    /// Log-odds from the main sensor alone, which the pose comes from.
     pub of_sensor: f64,
-    /// Log-odds by the sonars beside it alone, where there are some.
+    /// Log-odds from the sonars beside it alone, if there are any.
     pub of_sonars: Option<f64>,
-    /// What a scan adds whose beam ended in it.
+    /// Log-odds added by a scan with a beam that ended in it.
     pub hit: f64,
-    /// What a scan adds whose beams went through it and did not end there.
+    /// Log-odds added by a scan whose beams went through it and did not end there.
     pub miss: f64,
-    /// As far as log-odds of one sensor may go, to either side.
+    /// Limit of the log-odds of one sensor, to either side.
     pub limit: f64,
     /// Probability after one more hit.
     pub after_hit: f64,
@@ -39,9 +40,9 @@ pub struct CellFigures {
 }
 
 impl Layers<'_> {
-    /// What is known of the cell that holds a point, map frame, m, in what is looked at. What one
-    /// more look makes of it is told for the sensor that is looked at; for both, for that which the
-    /// pose comes from.
+    /// What is known of the cell that holds a point, map frame, m, in the map that is shown. One
+    /// more observation is computed for the sensor that is shown; in the map of both, for the main
+    /// sensor.
     ///
     /// # Source   Celej §2, and the erratum to eq. (3).
     #[must_use]
@@ -50,7 +51,8 @@ impl Layers<'_> {
         let of = |grid: &Grid| f64::from(grid.log_odds(cell));
         let of_sensor = of(self.main);
         let of_sonars = self.sonar.map(of);
-        // The one that looks again, what it says by now, and what the other says.
+        // The grid of the sensor that observes again, its log-odds so far, and those of the other
+        // sensor.
         let (grid, own, other) = match (self.shown, self.sonar, of_sonars) {
             (Layer::Sonar, Some(sonar), Some(own)) => (sonar, own, 0.0),
             (Layer::Fused, _, Some(other)) => (self.main, of_sensor, other),
@@ -118,7 +120,8 @@ mod tests {
         layers.figures(PLACE)
     }
 
-    /// Bayes' rule with an even prior, look by look: the probability itself, without log-odds.
+    /// Bayes' rule with an even prior, one observation after another: on the probability itself,
+    /// without log-odds.
     fn bayes(p: f64, look: f64) -> f64 {
         p * look / (p * look + (1.0 - p) * (1.0 - look))
     }

@@ -1,6 +1,7 @@
 //! Which cells a scan leaves free.
 //!
-//! In: the straight ways that are free, in the order of their bearings. Out: marks in the blocks.
+//! In: the straight lines of sight that are free ("ways"), in the order of their bearings. Out:
+//! marks in the blocks.
 //!
 //! | rule | a cell is free if | cost |
 //! |---|---|---|
@@ -10,19 +11,18 @@
 //!
 //! The area:
 //! 1. Neighbouring ways less than 0.1 rad apart make a fan, the polygon of their ends closed over
-//!    their starts. Ends stand back by a cell, for that of the surface is not free. A way by itself
-//!    is crossed.
+//!    their starts. Ends are moved back by a cell, because the cell of the surface is not free. A
+//!    way by itself is treated as crossed.
 //! 2. Each side of the polygon changes, in each row whose centre line it meets, one bit: that of
 //!    the first cell whose centre lies right of it. A cell is inside if an odd number of bits left
 //!    of it and its own is set.
 //! 3. In the rectangle of blocks around the polygon, row by row, each word becomes the exclusive or
-//!    of all bits up to each of its own (six shifts), turned round where the word before it ended
-//!    inside.
+//!    of all bits up to each of its own (six shifts), inverted if the word before it ended inside.
 //!
 //! Sources: Celej §4, `BresenhamLine` and `myownAlgorithm`, which sweeps the rectangle between
-//! robot and obstacle; there it pays least where the beam is horizontal or vertical and the
-//! rectangle a line. Here one rectangle holds all beams. Step 2: Ackland & Weste (1981), "The edge
-//! flag algorithm: a fill method for raster scan displays".
+//! robot and obstacle; there it gains least when the beam is horizontal or vertical and the
+//! rectangle is a line. Here one rectangle holds all beams. Step 2: Ackland & Weste (1981), "The
+//! edge flag algorithm: a fill method for raster scan displays".
 
 use nalgebra::Point2;
 
@@ -37,13 +37,13 @@ pub enum FreeCells {
     Crossed,
     /// The cells of each beam's Bresenham line, which skips cells that the beam only nicks.
     Bresenham,
-    /// Every cell whose centre lies in the area between the beams, also where they are farther
-    /// apart than cells.
+    /// Every cell whose centre lies in the area between the beams, even if they are farther apart
+    /// than cells.
     Area,
 }
 
 impl FreeCells {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All variants, with their names in settings and their names for people.
     pub const ALL: [(&'static str, Self, &'static str); 3] = [
         ("crossed", Self::Crossed, "that a beam enters"),
         ("bresenham", Self::Bresenham, "on its Bresenham line"),
@@ -57,11 +57,11 @@ pub(super) type Way = [Point2<f64>; 2];
 /// Ways that reach farther than this many cells in x or y have no area.
 const REACH: f64 = 16_384.0;
 
-/// The block in which the last cell was, and its marks.
+/// The block of the last cell, and its marks.
 type LastBlock = Option<(BlockIndex, Option<usize>)>;
 
 impl Grid {
-    /// Marks what the ways leave free.
+    /// Marks the cells that the ways leave free.
     pub(super) fn mark_free(&mut self, ways: impl Iterator<Item = Way>) {
         match self.config.free_cells {
             FreeCells::Crossed => {
@@ -86,7 +86,7 @@ impl Grid {
         }
     }
 
-    /// Marks lines, nearly all of them on a canvas.
+    /// Marks lines, nearly all of them by a canvas.
     fn draw_lines(&mut self, lines: impl Iterator<Item = Option<CellLine>>) {
         let mut canvas = std::mem::take(&mut self.canvas);
         for line in lines.flatten() {

@@ -1,4 +1,4 @@
-//! Each rule against its definition, cell by cell.
+//! Each rule compared with its definition, cell by cell.
 
 use std::collections::BTreeSet;
 
@@ -45,7 +45,7 @@ fn ends(start: Point2<f64>, first: f64, step: f64, ranges: &[f64]) -> Vec<Point2
     ranges.iter().enumerate().map(turned).collect()
 }
 
-/// Twice the area of a triangle, positive where it is passed counter-clockwise.
+/// Twice the area of a triangle, positive if its corners go counter-clockwise.
 fn area(a: Point2<f64>, b: Point2<f64>, c: Point2<f64>) -> f64 {
     (b - a).perp(&(c - a))
 }
@@ -101,8 +101,8 @@ proptest! {
         first in -3.2..3.2_f64, is_clockwise in any::<bool>(),
     ) {
         let start = Point2::new(start.0, start.1);
-        // As many as 89 beams go once round and more: what is covered twice stays covered, and 79
-        // close the round.
+        // Up to 89 beams go more than once round: cells covered twice stay covered, and 79 beams
+        // close the circle.
         let step = if is_clockwise { -0.08 } else { 0.08 };
         let ends = ends(start, first, step, &ranges);
         let corner = |end: &Point2<f64>| {
@@ -125,7 +125,7 @@ proptest! {
     }
 }
 
-/// A beam that ends where it starts has no direction: nothing beside it is between two beams.
+/// A beam that ends where it starts has no direction, so nothing beside it lies between two beams.
 #[test]
 fn a_beam_of_no_length_parts_the_fan() {
     let start = Point2::new(0.5, 0.5);
@@ -167,14 +167,14 @@ fn beams_far_apart_are_lines_of_their_own_and_overlapping_cones_stay_free() {
         swept(FreeCells::Area, start, &apart),
         swept(FreeCells::Crossed, start, &apart)
     );
-    // Two fans that lie half over each other, as cones of sonars do.
+    // Two fans that half overlap, as cones of sonars do.
     let mut cones = ends(start, 0.0, 0.05, &[30.0; 12]);
     let alone = swept(FreeCells::Area, start, &cones);
     cones.extend(ends(start, 0.275, 0.05, &[30.0; 12]));
     assert!(swept(FreeCells::Area, start, &cones).is_superset(&alone));
 }
 
-/// A canvas is only so large: what lies off it comes into the blocks another way.
+/// A canvas has a limited size: lines that do not fit reach the blocks in another way.
 #[test]
 fn ways_far_from_the_first_are_drawn_like_any() {
     let start = Point2::new(3.3, 4.4);

@@ -1,4 +1,4 @@
-//! A grid as bytes, to the bit.
+//! A grid as bytes, exact to the bit.
 
 use std::sync::Arc;
 
@@ -70,7 +70,7 @@ impl Snapshot for Grid {
 }
 
 impl super::block::Block {
-    /// Takes over cells; those that are as free as the clamp allows hold `least`.
+    /// Replaces cells; those that are as free as the clamp allows hold `least`.
     fn restore(
         &mut self,
         cells: [f32; BLOCK_CELLS * BLOCK_CELLS],

@@ -1,4 +1,4 @@
-//! What a grid holds of a rectangle.
+//! The states of the cells of a rectangle.
 
 use nalgebra::Point2;
 
@@ -6,8 +6,8 @@ use super::{BLOCK, Grid};
 use crate::map::{BlockIndex, CellRect, CellState};
 
 impl Grid {
-    /// What is believed of the cells of a rectangle, in rows from the lower left one; read block by
-    /// block.
+    /// The believed states of the cells of a rectangle, in rows from the lower left one; read block
+    /// by block.
     #[must_use]
     pub fn states(&self, rect: CellRect) -> Vec<CellState> {
         let width = rect.width();
@@ -31,7 +31,7 @@ impl Grid {
         states
     }
 
-    /// Middles of the occupied cells, m, in the grid's frame; row by row.
+    /// Centres of the occupied cells, m, in the grid's frame; row by row.
     #[must_use]
     pub fn occupied(&self) -> Vec<Point2<f64>> {
         let is_occupied = |odds| self.state_of(odds) == CellState::Occupied;
@@ -43,7 +43,7 @@ impl Grid {
             .collect()
     }
 
-    /// The blocks that a rectangle of cells meets, of those that there are.
+    /// The existing blocks that a rectangle of cells meets.
     fn blocks_in(&self, rect: CellRect) -> impl Iterator<Item = (BlockIndex, &[f32])> {
         let span = |low: i32, high: i32| {
             low.div_euclid(BLOCK)..high.saturating_sub(1).div_euclid(BLOCK) + 1

@@ -44,8 +44,8 @@ fn repeated_sightings_follow_bayes_until_the_clamp() {
     assert_eq!(grid.state(cell), CellState::Free);
 }
 
-/// The cells that a way enters, row by row, or column by column where it is steeper: from where it
-/// comes in to where it leaves. Who meets a corner exactly passes it where the longer axis is
+/// The cells that a line enters, row by row, or column by column if it is steeper: from where it
+/// enters to where it leaves. A line that meets a corner exactly passes it where the longer axis is
 /// greater, which the last term decides.
 fn entered(start: Point2<f64>, end: Point2<f64>) -> Vec<(i32, i32)> {
     let is_flat = (end.x - start.x).abs() >= (end.y - start.y).abs();
@@ -82,7 +82,7 @@ fn entered(start: Point2<f64>, end: Point2<f64>) -> Vec<(i32, i32)> {
     cells
 }
 
-/// Log-odds of each cell ever seen, by the definition: per scan the set of cells hit, and of cells
+/// Log-odds of each cell ever seen, by definition: for each scan the set of cells hit, and of cells
 /// crossed but not hit.
 #[derive(Default)]
 struct Naive(BTreeMap<(i32, i32), f32>);
@@ -112,7 +112,7 @@ impl Naive {
         }
     }
 
-    /// Every cell to the bit.
+    /// Compares every cell, exact to the bit.
     fn check(&self, grid: &Grid) {
         let mut known = 0;
         for (block, cells) in grid.blocks_since(0) {
@@ -129,8 +129,8 @@ impl Naive {
     }
 }
 
-/// Cells that are as free as can be are passed over, and whole blocks of them share their memory:
-/// nothing of that shows.
+/// Cells that are as free as the clamp allows are skipped, and whole blocks of them share their
+/// memory: neither changes the result.
 #[test]
 fn a_hall_seen_for_long_and_then_filled_is_that_of_the_naive_grid() {
     let (mut grid, mut naive) = (grid(), Naive::default());

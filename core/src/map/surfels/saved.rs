@@ -1,12 +1,12 @@
 //! Surfels as bytes, with their index: a surfel stands in the cells that were near it when it was
-//! first seen, and has moved since, so that the index cannot be made again from the surfels.
+//! first seen, and has moved since, so the index cannot be rebuilt from the surfels.
 
 use nalgebra::Vector2;
 
 use super::{BLOCK, NO_BLOCK, NOTHING, Surfel, SurfelConfig, SurfelMap, place_in_block};
 use crate::snapshot::{Reader, Snapshot, SnapshotError, snapshot};
 
-/// Half of the side of a map and the side of its cells, m: what a file may say.
+/// Allowed half side of a map and side of its cells in a file, m.
 const HALF_SIDES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 const CELLS: std::ops::RangeInclusive<f64> = 0.01..=1.0;
 
@@ -28,21 +28,21 @@ snapshot!(
 );
 
 impl SurfelMap {
-    /// The configuration it was made with.
+    /// The configuration of the map.
     #[must_use]
     pub fn config(&self) -> &SurfelConfig {
         &self.config
     }
 }
 
-/// Where the cells of a block are kept, row by row.
+/// Where the cells of a block are stored, row by row.
 fn in_rows() -> impl Iterator<Item = usize> {
     let side = 0..BLOCK as i32;
     let row = |row: i32| (0..BLOCK as i32).map(move |col| place_in_block(col, row));
     side.flat_map(row)
 }
 
-/// Of maps around their own origin, as those of submaps are; tiles are not saved.
+/// For maps around their own origin, as those of submaps are; tiles are not saved.
 impl Snapshot for SurfelMap {
     fn write(&self, out: &mut Vec<u8>) {
         let half = f64::from(self.cells.side) * 0.5 * BLOCK as f64;

@@ -1,4 +1,4 @@
-//! Disjoint sets that unite (union-find with path halving).
+//! Disjoint sets with union (union-find with path halving).
 //!
 //! Source: Tarjan & van Leeuwen (1984), "Worst-case analysis of set union algorithms".
 
@@ -8,14 +8,14 @@ pub(super) struct DisjointSets {
 }
 
 impl DisjointSets {
-    /// A set for each of the first `count` numbers.
+    /// One set for each of the first `count` numbers.
     pub(super) fn of(count: usize) -> Self {
         Self {
             parents: (0..count as u32).collect(),
         }
     }
 
-    /// A new number in a set of its own.
+    /// Adds a new number in a set of its own.
     pub(super) fn add(&mut self) -> u32 {
         let number = self.parents.len() as u32;
         self.parents.push(number);
@@ -32,7 +32,7 @@ impl DisjointSets {
         number
     }
 
-    /// Puts the set named `goes` into the one named `stays`.
+    /// Merges the set named `goes` into the one named `stays`.
     pub(super) fn unite(&mut self, stays: u32, goes: u32) {
         self.parents[goes as usize] = stays;
     }

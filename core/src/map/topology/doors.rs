@@ -1,4 +1,4 @@
-//! Where basins touch: gaps, some of which are doors, step 4.
+//! Gaps where basins touch, some of which are doors: step 4.
 
 use std::collections::BTreeMap;
 
@@ -10,13 +10,13 @@ use super::{Door, NONE};
 use crate::geom::{Length, Segment};
 use crate::map::{CellState, cells_around, spread};
 
-/// Cells of two basins that touch: a door whose `regions` are the basins, ascending.
+/// Cells of two basins that touch, as a door whose `regions` are the basins, ascending.
 pub(super) type Gap = Door;
 
-/// A wall that was seen so near to a post makes it one, m: walls seen at a flat angle have holes,
-/// and a gap may be as narrow some cells beyond its frame.
+/// A wall seen this near to a post makes it a wall post, m: walls seen at a flat angle have holes,
+/// and a gap may be equally narrow some cells beyond its frame.
 const SEEN_WITHIN: f64 = 0.2;
-/// Cosine of the angle at which the other post is looked for at least: across the gap.
+/// Limit of the cosine of the angle to the other post, which is searched for across the gap.
 const ACROSS: f64 = -0.5;
 
 /// All gaps, in the order of their basins.
@@ -44,7 +44,7 @@ pub(super) fn gaps(floor: &Floor, basins: &Basins) -> Vec<Gap> {
     found
 }
 
-/// Pieces of sorted cells that touch, also at corners.
+/// Groups of sorted cells that touch, also at corners.
 fn connected(cells: &[usize], width: usize) -> Vec<Vec<usize>> {
     let steps = [1, width - 1, width, width + 1];
     let around = |cell: usize| steps.into_iter().flat_map(move |by| [cell - by, cell + by]);

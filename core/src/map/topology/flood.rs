@@ -1,20 +1,20 @@
-//! Basins of the floor: a flood from the widest places down, step 3.
+//! Basins of the floor, by a flood from the widest places down: step 3.
 
 use super::NONE;
 use super::disjoint_sets::DisjointSets;
 use super::floor::Floor;
 
-/// Wider gaps divide nothing, m; larger: halls fall apart at their pillars.
+/// Gaps wider than this divide nothing, m. Larger: halls are divided at their pillars.
 const WIDEST_DOOR: f64 = 1.3;
-/// A gap divides only where its width is less than this part of the narrower side's; larger:
-/// corridors fall apart where something stands at their walls.
+/// A gap divides only if its width is less than this fraction of the narrower side's. Larger:
+/// corridors are divided where something stands at their walls.
 const DEPTH: f64 = 0.75;
 
 /// The floor in basins.
 pub(super) struct Basins {
     /// Basin of each cell, [`NONE`] for what bounds the floor.
     pub(super) labels: Vec<u32>,
-    /// How many there are.
+    /// Number of basins.
     pub(super) count: usize,
 }
 
@@ -70,7 +70,7 @@ impl Flood<'_> {
         }
     }
 
-    /// Two basins meet at a place of this clearance.
+    /// Handles two basins that meet at a place of this clearance.
     fn meet(&mut self, clearance: f32, basins: [u32; 2]) {
         let [a, b] = basins.map(|basin| self.sets.name_of(basin));
         if a == b {
@@ -104,8 +104,8 @@ impl Flood<'_> {
     }
 }
 
-/// Cells of the floor by falling clearance, and by their number where that is equal: sorted by
-/// counting, for squared distances are whole numbers of cells.
+/// Cells of the floor by falling clearance, and by their number if that is equal; sorted by
+/// counting, because squared distances are whole numbers.
 fn widest_first(floor: &Floor) -> Vec<u32> {
     let key = |cell: usize| {
         let cells = f64::from(floor.clearance[cell]) / floor.resolution();
@@ -119,7 +119,7 @@ fn widest_first(floor: &Floor) -> Vec<u32> {
         }
         places[key] += 1;
     }
-    // So many of each become the place of the first: behind all that are wider.
+    // Turns each count into the index of the first such cell: after all that are wider.
     let mut wider = 0;
     for place in places.iter_mut().rev() {
         wider += std::mem::replace(place, wider);
@@ -134,5 +134,5 @@ fn widest_first(floor: &Floor) -> Vec<u32> {
 }
 
 /// A place farther than this from all walls, in squared cells (51 m at 5 cm), is in a hall so wide
-/// that its order does not matter.
+/// that the order of its cells does not matter.
 const MOST_SQUARED: usize = 1 << 20;

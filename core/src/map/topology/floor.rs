@@ -1,7 +1,7 @@
 //! The floor and what bounds it.
 //!
-//! In: states of cells. Out: a raster with a closed rim around them: free cells, bounding cells,
-//! and for each cell its clearance.
+//! In: states of cells. Out: a raster with a closed rim: free cells, bounding cells, and the
+//! clearance of each cell.
 
 use nalgebra::{Point2, Vector2};
 
@@ -14,7 +14,7 @@ pub(super) struct Floor {
     rect: CellRect,
     resolution: f64,
     pub(super) width: usize,
-    /// What is believed of each cell.
+    /// The believed state of each cell.
     pub(super) states: Vec<CellState>,
     /// Whether it bounds the floor: neither free nor furniture.
     pub(super) bounds: Vec<bool>,
@@ -58,13 +58,13 @@ impl Floor {
         self.states[cell] == CellState::Free
     }
 
-    /// The four neighbours of a cell that is not on the rim: ways over corners would lead through
-    /// thin askew walls.
+    /// The four neighbours of a cell that is not on the rim. Steps over corners are left out,
+    /// because they would lead through thin diagonal walls.
     pub(super) fn neighbours(&self, cell: usize) -> [usize; 4] {
         [cell - self.width, cell - 1, cell + 1, cell + self.width]
     }
 
-    /// Middle of a cell, in cells from the raster's lower left corner.
+    /// Centre of a cell, in cells from the raster's lower left corner.
     pub(super) fn place(&self, cell: usize) -> Point2<f64> {
         Point2::new(
             (cell % self.width) as f64 + 0.5,
@@ -78,8 +78,8 @@ impl Floor {
         Point2::from((corner + place.coords) * self.resolution)
     }
 
-    /// The width at a cell of the ridge, m: what bounds it lies anywhere within its cells, in the
-    /// mean in their middle.
+    /// The width at a cell of the ridge, m: what bounds it lies anywhere within its cells, on
+    /// average at their centre.
     pub(super) fn width_at(clearance: f32) -> f64 {
         2.0 * f64::from(clearance)
     }
@@ -97,8 +97,8 @@ fn with_rim(width: usize, height: usize, states: &[CellState]) -> Vec<CellState>
     padded
 }
 
-/// Takes away what stands free and reaches no farther than `reach` cells from its middle. Cells
-/// that touch at a corner are one.
+/// Removes islands that reach no farther than `reach` cells from their middle. Cells that touch at
+/// a corner belong together.
 fn leave_out_islands(bounds: &mut [bool], width: usize, reach: f64) {
     let (w, count) = (width as isize, bounds.len());
     let steps = [-w - 1, -w, -w + 1, -1, 1, w - 1, w, w + 1];
@@ -114,7 +114,7 @@ fn leave_out_islands(bounds: &mut [bool], width: usize, reach: f64) {
             continue;
         }
         let cells = spread(seed, around, |cell| std::mem::take(&mut left[cell]));
-        // The first piece is the rim, with all that reaches out of the raster.
+        // The first group is the rim, with everything that is connected to it.
         if seed > 0 && is_within(|| cells.cells(), width, reach) {
             cells.cells().for_each(|cell| bounds[cell] = false);
         }
@@ -127,7 +127,7 @@ fn is_within<C: ExactSizeIterator<Item = usize>>(
     reach: f64,
 ) -> bool {
     let count = cells().len() as f64;
-    // No disc of that radius has more cells.
+    // A disc of that radius has no more cells than this.
     if count > std::f64::consts::PI * (reach + 1.0) * (reach + 1.0) {
         return false;
     }

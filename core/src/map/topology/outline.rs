@@ -5,7 +5,7 @@ use nalgebra::{Point2, Vector2};
 use super::{NONE, Topology};
 use crate::map::outlines;
 
-/// Columns and rows of the cells of a region, the last ones outside.
+/// Columns and rows of the cells of a region, the last ones excluded.
 #[derive(Clone, Copy)]
 struct Extent {
     low: (usize, usize),
@@ -14,7 +14,7 @@ struct Extent {
 
 impl Topology {
     /// The outlines of each region, map frame, m: counter-clockwise round the floor, clockwise
-    /// round furniture. They are off by a cell at most, and what is thinner is skipped.
+    /// round furniture. They are accurate to a cell, and anything thinner is skipped.
     #[must_use]
     pub fn outlines(&self) -> Vec<Vec<Vec<Point2<f64>>>> {
         let extents = self.extents().into_iter().enumerate();
@@ -51,7 +51,7 @@ impl Topology {
             f64::from(self.rect.min.row) + low.1 as f64,
         );
         let in_map = |at: Point2<f64>| Point2::from((at.coords + corner) * self.resolution);
-        // They have what is no part of the region on their left: turned round they have the region
+        // The outlines have the outside of the region on their left; reversed, they have the region
         // there.
         let rings = outlines(high.0 - low.0, &cells, 1.0);
         let rings = rings.into_iter().filter(|ring| ring.len() > 2);

@@ -1,4 +1,4 @@
-//! The figures of regions and doors, step 5.
+//! The properties of regions and doors: step 5.
 
 use super::doors::Gap;
 use super::floor::Floor;
@@ -6,20 +6,20 @@ use super::unite::Plan;
 use super::{Door, NONE, Region, RegionKind, Topology, TopologyConfig};
 use crate::map::{CellRect, DistanceField};
 
-/// Longer than this many times its width, a region is a corridor.
+/// A region longer than this many times its width is a corridor.
 const CORRIDOR_ELONGATION: f64 = 5.0;
-/// So many doors make a corridor of what is not that long.
+/// This many doors make a corridor of a region that is not as long as that.
 const CORRIDOR_DOORS: usize = 4;
-/// Of the elongation that makes a corridor, so much is enough where there are many doors.
+/// With many doors, this fraction of the elongation is enough for a corridor.
 const WITH_DOORS: f64 = 0.625;
 
-/// What is gathered of a region, cell by cell.
+/// Values gathered of a region, cell by cell.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     cells: usize,
     /// Largest clearance without furniture, m.
     peak: f32,
-    /// Largest clearance of all, and the cell that has it.
+    /// Largest clearance of all, and its cell.
     middle: Option<(f32, usize)>,
 }
 

@@ -1,5 +1,4 @@
-//! Buildings whose rooms and doors are known, laid under the grid at any angle; and grids of
-//! chance.
+//! Buildings with known rooms and doors, laid under the grid at any angle; and random grids.
 
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -44,7 +43,7 @@ impl Building {
         }
     }
 
-    /// What a grid turned by `turn` against the building holds of it.
+    /// The cells of the building in a grid turned by `turn` against it.
     fn cells(&self, turn: f64) -> (CellRect, Vec<CellState>) {
         let corners = self.floor.iter().flat_map(|[x0, y0, x1, y1]| {
             [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| Point2::new(*x, *y))
@@ -90,7 +89,8 @@ fn rect(x0: i32, y0: i32, x1: i32, y1: i32) -> CellRect {
     }
 }
 
-/// 4 x 3 m and 3 x 3 m, with a door of this width and at this height in the wall between them.
+/// Two rooms of 4 x 3 m and 3 x 3 m, with a door of this width and at this height in the wall
+/// between them.
 fn two_rooms(width: f64, from: f64) -> Building {
     Building::of(&[
         [0.0, 0.0, 4.0, 3.0],
@@ -158,7 +158,7 @@ proptest! {
         let (building, truth) = chessboard(&open);
         let found = building.topology(turn);
         prop_assert_eq!(found.regions().len(), 9);
-        // The building's own numbers of the rooms, by their middles.
+        // The building's own numbers of the rooms, by their centres.
         let region = |room: usize| region_at(&found, turned(middle(room), turn));
         let doors: BTreeSet<_> = found.doors().iter().map(|door| door.regions).collect();
         let expected: BTreeSet<_> = truth.iter().map(|[a, b]| {
@@ -215,7 +215,7 @@ fn middle(room: usize) -> Point2<f64> {
 }
 
 /// By brute force: every free cell belongs to one region, or to a scrap too small for one; no other
-/// cell does; areas and centres are those of the cells; doors join what they touch.
+/// cell does; areas and centres are those of the cells; doors join the regions that they touch.
 fn check_partition(found: &Topology, states: &[CellState]) {
     let cells: Vec<_> = found.cells().collect();
     assert_eq!(cells.len(), states.len());
@@ -238,7 +238,7 @@ fn check_partition(found: &Topology, states: &[CellState]) {
     assert!(found.regions().is_sorted_by(|a, b| a.area >= b.area));
     let is_scrap = |i: usize| states[i] == CellState::Free && cells[i].is_none();
     for scrap in components(width, cells.len(), is_scrap) {
-        // Scraps that only a hole joins may lie beside one another.
+        // Scraps joined only by a hole may lie beside one another.
         assert!(scrap.len() as f64 * cell < 4.0 * TopologyConfig::default().least_area);
     }
     for door in found.doors() {
@@ -296,7 +296,7 @@ fn kinds_at(found: &Topology, kind: RegionKind) -> usize {
 
 #[test]
 fn the_rim_of_what_was_seen_is_no_door() {
-    // Of the second room a wedge was seen through the door, of the first one only what lies below a
+    // Of the second room a wedge was seen through the door, of the first one only the part below a
     // slanting line.
     let building = two_rooms(0.9, 1.0);
     let (rect, mut states) = building.cells(0.0);

@@ -1,5 +1,5 @@
-//! Which basins are a region together: those that no framed gap parts, and those too small for a
-//! room, step 4.
+//! Which basins form a region together: those that no framed gap separates, and those too small for
+//! a room: step 4.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -13,7 +13,7 @@ use super::{NONE, TopologyConfig};
 /// Region of each cell of the floor's raster, [`NONE`] for none; the largest region is number 0.
 pub(super) struct Plan {
     pub(super) labels: Vec<u32>,
-    /// Number of each region's basins, by basin.
+    /// The region of each basin.
     pub(super) regions: Vec<u32>,
     pub(super) count: usize,
 }
@@ -45,8 +45,8 @@ pub(super) fn unite(floor: &Floor, basins: Basins, gaps: &[Gap], config: &Topolo
     }
 }
 
-/// Area of the smaller set, width of the gap and its number: the least area comes first out of a
-/// heap.
+/// Area of the smaller set, width of the gap and its number: a heap returns the smallest area
+/// first.
 type Turn = Reverse<(u64, Reverse<u64>, usize)>;
 
 struct Union {
@@ -64,7 +64,7 @@ impl Union {
         }
     }
 
-    /// Basins that only the rim of what was seen parts are one.
+    /// Unites basins that are separated only by the edge of what was seen.
     fn over_rims(&mut self, gaps: &[&Gap]) {
         let framed = gaps.iter().filter(|gap| gap.is_framed);
         let framed: BTreeSet<[usize; 2]> = framed.map(|gap| gap.regions).collect();
@@ -73,7 +73,8 @@ impl Union {
         }
     }
 
-    /// Sets too small for a room go to the neighbour with the widest gap, the smallest first.
+    /// Merges sets too small for a room into the neighbour with the widest gap, the smallest set
+    /// first.
     fn small(&mut self, gaps: &[&Gap], least: f64) {
         let mut queue: BinaryHeap<_> = (0..gaps.len())
             .filter_map(|at| self.turn(gaps, at, least))
@@ -82,24 +83,24 @@ impl Union {
             let Reverse((_, _, at)) = turn;
             match self.turn(gaps, at, least) {
                 Some(now) if now == turn => self.unite(gaps[at].regions),
-                // The set has grown meanwhile.
+                // The set has grown since then.
                 later => queue.extend(later),
             }
         }
     }
 
-    /// When it is a gap's turn: by the area of the smaller of the sets beside it, of equal ones the
-    /// widest first. `None` where it parts nothing, or nothing that is too small.
+    /// The turn of a gap: by the area of the smaller set beside it, and of equal ones the widest
+    /// gap first. `None` if it separates nothing, or no set that is too small.
     fn turn(&mut self, gaps: &[&Gap], at: usize, least: f64) -> Option<Turn> {
         let gap = gaps[at];
         let [a, b] = gap.regions.map(|basin| self.sets.name_of(basin as u32));
         let area = self.areas[a as usize].min(self.areas[b as usize]);
-        // Bits of numbers that are not negative are in the order of the numbers.
+        // The bits of non-negative numbers sort like the numbers.
         let turn = Reverse((area.to_bits(), Reverse(gap.width.to_bits()), at));
         (a != b && area < least).then_some(turn)
     }
 
-    /// Numbers from the largest region on. What is too small by now has no gap to anything, and is
+    /// Numbers regions by falling size. A set that is still too small has no gap to anything: it is
     /// a scrap behind a hole.
     fn numbers(&mut self, least: f64) -> Vec<u32> {
         let count = self.areas.len();
@@ -117,7 +118,7 @@ impl Union {
     }
 }
 
-/// Basins become regions. Only free cells belong to one: furniture does not.
+/// Turns basins into regions. Only free cells belong to one; furniture does not.
 fn of_cells(floor: &Floor, mut labels: Vec<u32>, regions: &[u32]) -> Vec<u32> {
     for (cell, label) in labels.iter_mut().enumerate() {
         let is_in = *label != NONE && floor.is_free(cell);

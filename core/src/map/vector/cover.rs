@@ -1,10 +1,11 @@
-//! Which parts of a wall are there: a score for each decimetre along it.
+//! Which parts of a wall exist: a score for each decimetre along it.
 
 use std::collections::BTreeMap;
 
 /// Length of a part, m.
 const PART: f64 = 0.1;
-/// What being seen adds to a part's score, and its bound: so many beams' scans make a wall vanish.
+/// Added to a part's score when it is seen, and the upper bound of scores: this many scans with
+/// beams through it remove a wall.
 const SEEN: i32 = 3;
 const MOST: i32 = 30;
 
@@ -19,7 +20,7 @@ fn part_at(along: f64) -> i32 {
 }
 
 impl Cover {
-    /// The parts from `low` to `high`, m along the wall, were seen.
+    /// Marks the parts from `low` to `high`, m along the wall, as seen.
     pub(super) fn see(&mut self, [low, high]: [f64; 2]) {
         for part in part_at(low)..=part_at(high) {
             let score = self.scores.entry(part).or_insert(0);
@@ -27,7 +28,7 @@ impl Cover {
         }
     }
 
-    /// Something was seen behind the wall through the part at `along`.
+    /// Notes that something was seen behind the wall through the parts at `along`.
     pub(super) fn see_through(&mut self, along: impl Iterator<Item = f64>) {
         let mut parts: Vec<i32> = along.map(part_at).collect();
         parts.sort_unstable();
@@ -40,7 +41,7 @@ impl Cover {
         self.scores.retain(|_, score| *score > 0);
     }
 
-    /// Takes over the parts of another wall, of which a point at `along` lies at `map(along)` here.
+    /// Takes over the parts of another wall, whose point at `along` lies at `map(along)` here.
     pub(super) fn absorb(&mut self, other: &Self, map: impl Fn(f64) -> f64) {
         for (&part, &score) in &other.scores {
             let middle = (f64::from(part) + 0.5) * PART;
@@ -49,7 +50,7 @@ impl Cover {
         }
     }
 
-    /// The stretches that are there, parted where more than `gap` metres are not; none is empty.
+    /// The stretches that exist, separated where more than `gap` metres are missing; none is empty.
     pub(super) fn stretches(&self, gap: f64) -> Vec<[f64; 2]> {
         let mut stretches: Vec<[f64; 2]> = vec![];
         for &part in self.scores.keys() {

@@ -1,5 +1,5 @@
-//! One wall: direction and offset from an anchor with their covariance, from where to where, and
-//! which parts of it are there.
+//! One wall: direction and offset from an anchor with their covariance, its ends, and which parts
+//! of it exist.
 
 use nalgebra::{Matrix2, Point2, RowVector2, Vector2};
 
@@ -7,44 +7,44 @@ use super::cover::Cover;
 use super::{BEYOND, GAP, GATE, LEAST_LENGTH, MOST_OFFSET, Sighting, THICKNESS, Wall};
 use crate::geom::{Length, Segment, sin_cos, symmetrize, wrap};
 
-/// What a sighting errs beyond its own covariance, for the pose errs too: rad and m.
+/// Error of a sighting beyond its own covariance, because the pose has errors too: rad and m.
 const LEAST_SIGMA: [f64; 2] = [0.004, 0.005];
-/// What a wall's direction and offset may have been off by more at each sighting: what is seen
-/// again counts, also after a correction of the pose. rad and m.
+/// Additional uncertainty of a wall's direction and offset at each sighting, so that new sightings
+/// keep their weight, also after a correction of the pose. rad and m.
 const DRIFT: [f64; 2] = [0.0004, 0.0007];
-/// Pieces that go another way by more than this and two of their standard deviations do not belong
-/// to a wall, rad.
+/// Pieces whose direction differs by more than this plus two of their standard deviations do not
+/// belong to a wall, rad.
 const LARGEST_TURN: f64 = 0.1;
-/// Beams that go along a wall more than across it by this factor say nothing of it: sine of the
-/// angle between them.
+/// Beams that run along a wall rather than across it say nothing about it: least sine of the angle
+/// between them.
 const LEAST_CROSSING: f64 = 0.25;
 
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     pub(super) id: u32,
-    /// Never moves.
+    /// Fixed reference point.
     anchor: Point2<f64>,
     /// Direction of the wall; the side that it was seen from is on the left.
     direction: f64,
-    /// Of the wall from the anchor, to the left, m.
+    /// Offset of the wall from the anchor, to the left, m.
     offset: f64,
-    /// Of direction and offset.
+    /// Covariance of direction and offset.
     cov: Matrix2<f64>,
-    /// m along the wall from the anchor.
+    /// Both ends, m along the wall from the anchor.
     extent: [f64; 2],
     cover: Cover,
     pub(super) sightings: u32,
-    /// Number of the scan.
+    /// Number of the last scan that saw it.
     pub(super) last_seen: u32,
 }
 
-/// A piece as a wall sees it.
+/// A piece compared with a wall.
 struct Seen {
-    /// Direction and offset less the wall's own.
+    /// Direction and offset of the piece minus the wall's own.
     residual: Vector2<f64>,
-    /// Of the residual by the wall's direction and offset.
+    /// Jacobian of the residual by the wall's direction and offset.
     jacobian: Matrix2<f64>,
-    /// Variances of the piece's direction and of its middle.
+    /// Variances of the piece's direction and of the offset at its middle.
     noise: Matrix2<f64>,
     extent: [f64; 2],
 }
@@ -95,7 +95,7 @@ impl Entry {
         }
     }
 
-    /// A piece on the same side that goes about the same way; `None` for all others.
+    /// Compares a piece on the same side with about the same direction; `None` for all others.
     fn compare(&self, sighting: &Sighting) -> Option<Seen> {
         let seen = sighting.ordered();
         let along = seen.vector();
@@ -116,7 +116,8 @@ impl Entry {
         })
     }
 
-    /// Squared Mahalanobis distance of a piece that belongs to this wall; `None` where it does not.
+    /// Squared Mahalanobis distance of a piece that belongs to this wall; `None` if it does not
+    /// belong.
     pub(super) fn misfit(&self, sighting: &Sighting) -> Option<f64> {
         let seen = self.compare(sighting)?;
         self.misfit_of(&seen)
@@ -133,7 +134,7 @@ impl Entry {
         (d2 <= GATE || aside <= THICKNESS).then_some(d2)
     }
 
-    /// Takes in a piece that belongs to it.
+    /// Takes in a piece that belongs to this wall.
     pub(super) fn correct(&mut self, sighting: &Sighting, scan: u32) {
         let Some(seen) = self.compare(sighting) else {
             return;
@@ -186,8 +187,8 @@ impl Entry {
         seen.is_some_and(|seen| long.misfit_of(&seen).is_some())
     }
 
-    /// Whether another wall lies beside this one over at least half of its length, too near to be
-    /// another wall.
+    /// Whether another wall lies beside this one over at least half of its length, so near that it
+    /// cannot be another wall.
     pub(super) fn lies_beside(&self, other: &Self) -> bool {
         self.compare(&other.as_sighting()).is_some_and(|seen| {
             let overlap = seen.extent[1].min(self.extent[1]) - seen.extent[0].max(self.extent[0]);
@@ -195,7 +196,7 @@ impl Entry {
         })
     }
 
-    /// Becomes one with a wall that belongs with it.
+    /// Merges with a wall that belongs with it.
     pub(super) fn absorb(&mut self, other: &Self) {
         let Some(seen) = self.compare(&other.as_sighting()) else {
             return;
@@ -210,8 +211,8 @@ impl Entry {
         self.last_seen = self.last_seen.max(other.last_seen);
     }
 
-    /// Beams that went on for `beyond` metres behind it wear it away, but not where this scan saw
-    /// it.
+    /// Lowers the score of parts through which beams went on for `beyond` metres, but not where
+    /// this scan saw the wall.
     pub(super) fn see_through(&mut self, beams: &[[Point2<f64>; 2]], scan: u32) {
         if self.last_seen == scan && self.sightings < 2 {
             return;
@@ -235,7 +236,7 @@ impl Entry {
         self.cover.see_through(through.into_iter());
     }
 
-    /// What remains of it: itself, shorter, in two, or nothing.
+    /// What remains of it: the wall itself, a shorter one, two, or nothing.
     pub(super) fn split(self, next_id: &mut u32, parts: &mut Vec<Self>) {
         let stretches = self.cover.stretches(GAP);
         for (number, stretch) in stretches.into_iter().enumerate() {

@@ -30,7 +30,7 @@ fn lengths(map: &VectorMap) -> Vec<f64> {
         .collect()
 }
 
-/// Normal numbers by the sum of twelve even ones: exact in mean and variance.
+/// Normal numbers by the sum of twelve uniform ones: exact in mean and variance.
 fn normal(rng: &mut impl Rng) -> f64 {
     (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
 }
@@ -98,7 +98,7 @@ fn a_door_that_opens_and_shuts_for_ever_does_not_make_sightings_of_nothing() {
         often(&mut map, &door, &[], 10);
         scans += 50;
         let most = map.walls().iter().map(|wall| wall.sightings).max();
-        // While it is shut, a scan may show both parts of the one wall.
+        // While it is shut, a scan may show both parts of the same wall.
         let most = most.unwrap();
         assert!(most <= 2 * scans, "{most} in {scans} scans");
     }
@@ -210,7 +210,7 @@ fn nonsense_leaves_the_map_alone() {
 }
 
 /// A thousand laps in a room with a desk: the parts that each scan shows begin and end anywhere,
-/// and err as they say.
+/// with errors as stated.
 #[test]
 fn after_a_thousand_laps_there_are_as_many_walls_as_in_the_room() {
     let corners = [(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (0.0, 4.0)];
@@ -264,7 +264,7 @@ fn after_a_thousand_laps_there_are_as_many_walls_as_in_the_room() {
             let at = wall.segment.a + wall.segment.vector() * (f64::from(part) / 20.0);
             assert!(off(at) < 0.02, "{} m off at {at}", off(at));
         }
-        // Its own spread is about right: three of its standard deviations hold what it errs.
+        // Its own uncertainty is about right: its error lies within three standard deviations.
         let middle = wall.segment.a + wall.segment.vector() * 0.5;
         assert!(off(middle) < 4.0 * wall.sigma_across, "{wall:?}");
     }

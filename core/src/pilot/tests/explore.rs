@@ -1,12 +1,12 @@
-//! Explorations of the flat, by every strategy and home again.
+//! Explorations of the flat, with every strategy and with return home.
 
 use super::*;
 use crate::estimation::Edge;
 use crate::geom::{Length, sides_of};
 use crate::plan::FrontierChoice;
 
-/// The flat explored with a pose graph by which the two poses are 20 m apart; and how near the
-/// robot came to each of `watched` while it closed the loop.
+/// Explores the flat with a pose graph in which the two poses are 20 m apart; returns also how near
+/// the robot came to each of `watched` while it closed the loop.
 fn closed(
     ends: [(f64, f64); 2],
     close_loops: bool,
@@ -113,7 +113,7 @@ fn asked_to_come_home_it_does_and_says_the_same() {
         let (away, _) = explored(FrontierChoice::default(), false, seed);
         let (home, pilot) = explored(FrontierChoice::default(), true, seed);
         let off = |toy: &Toy| toy.pose.position().coords.length();
-        // Up to there both drove the same.
+        // Up to that point both drove the same way.
         assert!(off(&away) > 1.0 && home.driven > away.driven + 0.9 * off(&away));
         assert!(off(&home) < 0.05, "{} m from home", off(&home));
         assert!(home.explored(Point2::origin()) > 0.95 && home.nearest > home.model.radius());

@@ -1,4 +1,5 @@
-//! Errands within a geofence: the toy obeys whatever the pilot says, so only plans keep it in.
+//! Errands within a geofence: the toy robot obeys every command of the pilot, so only plans keep it
+//! in.
 
 use super::*;
 use crate::geom::geofence::{Geofence, Zone, ZoneKind};
@@ -8,7 +9,7 @@ fn fence(kind: ZoneKind, corners: &[(f64, f64)]) -> Geofence {
     Geofence::new(vec![Zone { kind, corners }]).unwrap()
 }
 
-/// Runs an errand in `toy`, and how near to the border of the fence the robot's disc came.
+/// Runs an errand in `toy`; returns how near the robot's disc came to the border of the fence.
 fn least(toy: &mut Toy, pilot: &mut Pilot, fence: &Geofence, seconds: f64) -> f64 {
     let mut least = f64::INFINITY;
     while toy.stamp().seconds() < seconds && !pilot.status().is_over() {
@@ -18,7 +19,7 @@ fn least(toy: &mut Toy, pilot: &mut Pilot, fence: &Geofence, seconds: f64) -> f6
     least - toy.model.radius()
 }
 
-/// In an open hall the straight way leads through what is to be kept out of.
+/// In an open hall the straight way leads through a keep-out zone.
 #[test]
 fn a_way_leads_around_what_is_to_be_kept_out_of() {
     let goal = Point2::new(4.0, 0.0);
@@ -60,7 +61,7 @@ fn a_goal_outside_of_the_fence_is_refused_and_so_is_a_robot_that_stands_outside(
     check((2.4, 0.0), (0.0, 0.0), Failure::Outside(at));
 }
 
-/// The flat's second room and its corridor stay unknown, and are not said to be out of reach.
+/// The flat's second room and its corridor stay unknown, and are not reported as unreachable.
 #[test]
 fn exploring_keeps_to_the_fence_and_calls_what_lies_beyond_no_failure() {
     let first_room = [(-1.0, -1.0), (3.0, -1.0), (3.0, 2.9), (-1.0, 2.9)];

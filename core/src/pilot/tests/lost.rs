@@ -1,8 +1,8 @@
-//! A robot that does not know where it is ends its errand; one that soon knows again does not.
+//! A lost robot ends its errand; one that soon knows its pose again does not.
 
 use super::*;
 
-/// Explores the flat while its place is as unsure as `sigma` says at each second.
+/// Explores the flat with the position uncertainty that `sigma` gives at each second.
 fn explored(sigma: impl Fn(f64) -> f64) -> (Toy, Pilot) {
     explored_by(sigma, false)
 }
@@ -50,7 +50,7 @@ fn a_place_that_stays_unsure_ends_the_errand_in_words_and_the_robot_stands() {
     };
     let command = pilot.steer(&toy.situation(&estimate));
     assert_eq!(command, Some(Command::Stop));
-    // People may drive it to where it knows the walls.
+    // People may drive it to where it recognises the walls.
     pilot.drive(0.1, 0.0);
     toy.run(&mut pilot, at + 1.0);
     assert_eq!(*pilot.status(), Status::Driving);
@@ -60,7 +60,7 @@ fn a_place_that_stays_unsure_ends_the_errand_in_words_and_the_robot_stands() {
 fn no_number_is_unsure_and_a_doubt_that_passes_is_none() {
     let (_, pilot) = explored(|_| f64::NAN);
     assert!(is_lost(&pilot), "{}", pilot.status());
-    // A method that looks for the robot needs it to drive.
+    // A method that searches for the robot needs it to drive.
     let (_, pilot) = explored_by(|_| 9.0, true);
     assert!(!is_lost(&pilot), "{}", pilot.status());
     // A loop closes every 15 s.

@@ -1,4 +1,4 @@
-//! How the planners of a contest stand.
+//! The standing of the planners of a contest.
 
 use super::Contest;
 use super::entrant::Entrant;
@@ -6,43 +6,44 @@ use crate::plan::path::{NoPath, Planner};
 use crate::plan::rooms::NoRooms;
 use crate::plan::search::Search;
 
-/// How one planner stands.
+/// The standing of one planner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Standing {
-    /// Who.
+    /// The planner.
     pub planner: Planner,
     /// Whether it is done.
     pub is_over: bool,
-    /// Whether nothing is in the way: then nobody had to look.
+    /// Whether the straight line is free: then no search was needed.
     pub is_straight: bool,
     /// Length of its best path, m; `None` while there is none.
     pub length: Option<f64>,
     /// The length in units of [`Contest::shortest`].
     pub ratio: Option<f64>,
-    /// Why there is no path; `None` while it looks for one, and when it has one.
+    /// Why there is no path; `None` while it searches, and when it has a path.
     pub reason: Option<NoPath>,
-    /// Why it did not keep to the rooms that lie on the way; `None` where it did, and of all that
-    /// know no rooms.
+    /// Why it did not keep to the rooms on the way; `None` if it did, and for planners that do not
+    /// use rooms.
     pub fallback: Option<NoRooms>,
     /// Time taken, s.
     pub seconds: f64,
-    /// Points drawn, cells expanded, legs of the graph looked at.
+    /// Points drawn, cells expanded, or legs of the graph examined.
     pub iterations: usize,
-    /// Legs of trees, steps over cells, legs of the graph that were tried.
+    /// Edges of trees, steps over cells, or legs of the graph that were tried.
     pub tried: usize,
 }
 
-/// What the lengths are held against.
+/// The length with which the others are compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shortest {
-    /// m.
+    /// The length, m.
     pub length: f64,
-    /// The visibility graph's: there is no shorter one. Otherwise the shortest found so far.
+    /// Whether it is the visibility graph's, which is the shortest possible; otherwise it is the
+    /// shortest found so far.
     pub is_optimum: bool,
 }
 
 impl Contest {
-    /// How all stand, in the order of [`Self::planners`].
+    /// The standing of all planners, in the order of [`Self::planners`].
     #[must_use]
     pub fn standings(&self) -> Vec<Standing> {
         let shortest = self.shortest();
@@ -67,7 +68,7 @@ impl Contest {
         self.entrants.iter().map(stand).collect()
     }
 
-    /// What the lengths are held against; `None` while nobody has a path.
+    /// The length with which the others are compared; `None` while no planner has a path.
     #[must_use]
     pub fn shortest(&self) -> Option<Shortest> {
         let length = |e: &Entrant| e.curve.last().map(|last| last.1);

@@ -33,7 +33,7 @@ fn room() -> Vec<Segment> {
     ]
 }
 
-/// A wall that reaches in from below, over whose end the way leads.
+/// A wall that reaches in from below; the way leads over its end.
 fn with_tip() -> Vec<Segment> {
     [room(), vec![wall(2.0, 0.0, 2.0, 1.5)]].concat()
 }
@@ -52,7 +52,7 @@ fn optimum_over_tip() -> f64 {
     2.0 * tangent + KEEP * arc
 }
 
-/// To the end, by a clock of which each iteration takes 20 µs.
+/// Runs to the end, with a clock in which each iteration takes 20 µs.
 fn run(contest: &mut Contest) {
     let done = |contest: &Contest| -> usize {
         let searches = contest.entrants.iter().filter_map(|e| e.search.as_ref());
@@ -188,7 +188,7 @@ fn a_slow_planner_holds_up_no_other() {
     let mut contest = Contest::among_walls(with_tip(), disc(KEEP), QUERY, short()).unwrap();
     let mut others = 0;
     while contest.standings()[0].seconds < 0.05 && contest.step() {
-        // The tree of the paper is said to need 25 ms for each turn.
+        // The tree of the paper is reported to need 25 ms for each turn.
         let is_slow = contest.turn == 0;
         others += usize::from(!is_slow);
         contest.took(if is_slow { 0.025 } else { 1e-4 });
@@ -253,7 +253,7 @@ fn through_a_door_that_the_disc_does_not_pass_only_the_outline_finds_a_way() {
             assert!(matches!(standing.reason, Some(NoPath::Unreachable { .. })));
         }
     }
-    // A wide one the disc passes too, on a way that is no shorter.
+    // Through a wide door the disc fits too, by a way that is no shorter.
     let wide = [room(), door(1.0, 2.0)].concat();
     let mut contest = Contest::among_walls(wide, body(), QUERY, config).unwrap();
     run(&mut contest);

@@ -1,6 +1,6 @@
 //! A wall grown by the distance that the robot keeps from it.
 //!
-//! In: a wall and a radius. Out: whether a point is inside of the capsule, and where a straight leg
+//! In: a wall and a radius. Out: whether a point is inside the capsule, and where a straight leg
 //! enters it, in closed form.
 
 use nalgebra::{Point2, Vector2};
@@ -11,7 +11,7 @@ use crate::geom::Segment;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Capsule {
     a: Point2<f64>,
-    /// Unit vector from one end to the other; any for a segment without length.
+    /// Unit vector from one end to the other; arbitrary for a segment without length.
     along: Vector2<f64>,
     length: f64,
     radius: f64,
@@ -47,13 +47,13 @@ impl Capsule {
     }
 
     /// Distance from `origin` to where a leg along the unit vector `direction` enters, m; infinite
-    /// where it does not, 0 where it starts inside. A leg that touches the border does not enter.
+    /// if it does not enter, 0 if it starts inside. A leg that touches the border does not enter.
     #[inline]
     pub(super) fn entry(&self, origin: Point2<f64>, direction: Vector2<f64>) -> f64 {
         let from_a = origin - self.a;
         let (place, off) = (from_a.dot(&self.along), self.along.perp(&from_a));
-        // The strip between the flat sides is entered first; from there the axis itself, or the
-        // disc at one end.
+        // The strip between the flat sides is entered first; inside it the leg meets the axis
+        // itself, or the disc at one end.
         let mut there = place;
         if off.abs() >= self.radius {
             let closing = -off.signum() * self.along.perp(&direction);
@@ -76,8 +76,7 @@ impl Capsule {
     }
 }
 
-/// Where a leg from `from`, counted from the disc's centre, enters a disc; 0 where it starts
-/// inside.
+/// Where a leg from `from`, relative to the disc's centre, enters a disc; 0 if it starts inside.
 #[inline]
 fn disc_entry(from: Vector2<f64>, direction: Vector2<f64>, radius: f64) -> f64 {
     let outside = from.norm_squared() - radius * radius;
@@ -110,7 +109,7 @@ mod tests {
             let step = 1e-3;
             let inside = |slack: f64| move |i: &usize| wall.distance(origin + direction * (*i as f64 * step)) < radius - slack;
             let first = (0..8000).find(inside(0.0)).map_or(f64::INFINITY, |i| i as f64 * step);
-            // Steps may miss a chord shorter than themselves, no deeper than 1e-5 m.
+            // Steps may miss a chord shorter than themselves, which is no deeper than 1e-5 m.
             prop_assert!(entry <= first, "{entry} after {first}");
             prop_assert!(first <= entry + step || entry > 7.9 || (0..8000).find(inside(-1e-5)).is_some_and(|i| i as f64 * step <= entry + step));
             prop_assert_eq!(capsule.contains(origin), wall.distance(origin) < radius);

@@ -1,7 +1,7 @@
 //! Configuration space over a grid.
 //!
-//! In: a [`Grid`], how far the robot's centre keeps from what is occupied, what to make of the
-//! unknown. Out: the room at any point, from an exact distance transform.
+//! In: a [`Grid`], how far the robot's centre keeps from occupied cells, how to treat unknown
+//! cells. Out: the room at any point, from an exact distance transform.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ use crate::map::{
 };
 use crate::plan::reach::may_reach;
 
-/// What to make of cells that were never seen.
+/// How to treat cells that were never seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
     /// The robot's centre keeps out of them.
@@ -30,14 +30,15 @@ pub struct GridSpace {
     resolution: f64,
     states: Vec<CellState>,
     walls: DistanceField,
-    /// From the cells that the robot's centre keeps out of, though nothing stands in them.
+    /// Distances from the cells that the robot's centre keeps out of although nothing stands in
+    /// them.
     barred: Option<DistanceField>,
     keep: f64,
 }
 
 impl GridSpace {
-    /// Looks at the cells of `rect`; the robot's centre keeps `keep` metres away from what is
-    /// occupied.
+    /// Takes a snapshot of the cells of `rect`; the robot's centre keeps `keep` metres away from
+    /// occupied cells.
     #[must_use]
     pub fn new(grid: &Grid, rect: CellRect, keep: f64, unknown: Unknown) -> Self {
         Self::within(grid, rect, keep, unknown, &Within::default())
@@ -80,7 +81,7 @@ impl GridSpace {
         }
     }
 
-    /// The same snapshot for a robot that keeps another distance.
+    /// The same snapshot for a robot that keeps a different distance.
     #[must_use]
     pub fn with_keep(mut self, keep: f64) -> Self {
         self.keep = keep;
@@ -112,7 +113,7 @@ impl GridSpace {
         self.resolution
     }
 
-    /// What the snapshot holds of its cells, in rows from the lower left one.
+    /// The states of its cells, in rows from the lower left one.
     #[must_use]
     pub fn states(&self) -> &[CellState] {
         &self.states
@@ -179,13 +180,13 @@ impl GridSpace {
         }
     }
 
-    /// The free cell centre nearest to `point` within `reach` metres that a robot standing at
-    /// `point`, perhaps already too near to a wall, can drive to without coming nearer to one than
-    /// it is. `point` itself where it is free.
+    /// The free cell centre nearest to `point` within `reach` metres to which a robot at `point`,
+    /// perhaps already too near to a wall, can drive without getting nearer to one than it is.
+    /// `point` itself if it is free.
     ///
-    /// Places from which the way leads farther than `reach` come first: between walls that have
-    /// come closer by a cell since the robot went in, a few free cells may be left from which
-    /// nothing else can be reached.
+    /// Places from which a way leads farther than `reach` come first: between walls that have moved
+    /// closer by a cell since the robot went in, a few free cells may remain from which nothing
+    /// else can be reached.
     #[must_use]
     pub fn escape(&self, point: Point2<f64>, reach: f64) -> Option<Point2<f64>> {
         let mut pockets = BTreeSet::new();
@@ -220,8 +221,8 @@ impl GridSpace {
         nearest
     }
 
-    /// Whether free cells join this one to one that is farther than `reach` from `point`. If not,
-    /// all that are joined to it are put into `pockets`, where no cell is looked at again.
+    /// Whether free cells connect this one to one farther than `reach` from `point`. If not, all
+    /// connected cells are put into `pockets` and not examined again.
     fn leads_out(
         &self,
         cell: usize,
@@ -241,7 +242,7 @@ impl GridSpace {
                 return true;
             }
             for to in cells_around(at, 1, width, height) {
-                // As waves spread: a diagonal step needs the cells beside it.
+                // As in a wavefront: a diagonal step needs the cells beside it.
                 let is_beside = to % width == at % width || to / width == at / width;
                 if is_beside && self.room_of(to) >= 0.0 && seen.insert(to) {
                     next.push(to);
@@ -252,8 +253,7 @@ impl GridSpace {
         false
     }
 
-    /// The free cell centre nearest to `point` within `reach` metres; `point` itself where it is
-    /// free.
+    /// The free cell centre nearest to `point` within `reach` metres; `point` itself if it is free.
     #[must_use]
     pub fn nearest_free(&self, point: Point2<f64>, reach: f64) -> Option<Point2<f64>> {
         if self.is_free(point) {
@@ -307,7 +307,7 @@ impl ConfigSpace for GridSpace {
         Some(self.resolution)
     }
 
-    /// The sides of occupied cells, but for those between two of them.
+    /// The sides of occupied cells, except those between two of them.
     fn walls_near(&self, point: Point2<f64>, reach: f64) -> Vec<Segment> {
         let at = |x: f64| (x / self.resolution).floor() as i32;
         let is_occupied = |col: i32, row: i32| {

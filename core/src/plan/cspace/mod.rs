@@ -1,17 +1,17 @@
 //! Configuration space: where the centre of the robot may be.
 //!
-//! In: obstacles (cells of a grid, or segments of walls) and how far the robot's centre keeps away
-//! from them. Out: for any point the room that remains, and for any straight leg how far it can be
-//! driven.
+//! In: obstacles (cells of a grid, or segments of walls) and the distance that the robot's centre
+//! keeps from them. Out: for any point the remaining room, and for any straight leg how far it can
+//! be driven.
 //!
 //! 1. The robot is the disc around its body, so walls grow by its radius and a margin (TDK 2016
 //!    §5.1).
 //! 2. Over a grid the distance to the nearest occupied cell comes from an exact distance transform;
-//!    half a cell is taken off, because the wall may be anywhere in its cell. The unknown is no
-//!    obstacle, or one that only the centre of the robot keeps out of, as the caller chooses.
-//! 3. Over segments the distance is that of a capsule, exact.
-//! 4. A leg is marched along in steps of the room that remains: long ones in the open, short ones
-//!    at walls.
+//!    half a cell is subtracted, because the wall may be anywhere in its cell. Unknown cells are
+//!    either no obstacle, or the centre of the robot keeps out of them, as the caller chooses.
+//! 3. Over segments the distance is exact: walls become capsules.
+//! 4. A leg is marched along in steps of the remaining room: long ones in the open, short ones at
+//!    walls.
 
 mod capsule;
 mod grid;
@@ -33,30 +33,30 @@ pub use within::Within;
 
 /// Where the centre of the robot may be.
 pub trait ConfigSpace {
-    /// How far the robot's centre may move from `point` in any direction, m; negative where it may
-    /// not even be.
+    /// How far the robot's centre may move from `point` in any direction, m; negative if it may not
+    /// be there at all.
     fn room(&self, point: Point2<f64>) -> f64;
 
     /// Shortest step of a march, m.
     fn step(&self) -> f64;
 
-    /// Lower left and upper right corner of where it is worth looking for a path.
+    /// Lower left and upper right corner of the area in which to search for a path.
     fn bounds(&self) -> (Point2<f64>, Point2<f64>);
 
-    /// Side of the cells of a space between whose centres the room is bilinear, m; `None` for all
-    /// others.
+    /// Side of the cells of a space in which the room is bilinear between cell centres, m; `None`
+    /// for all other spaces.
     fn cell(&self) -> Option<f64> {
         None
     }
 
-    /// The walls, and the distance that the robot's centre keeps from them, m; `None` where the
-    /// space has other obstacles too.
+    /// The walls, and the distance that the robot's centre keeps from them, m; `None` if the space
+    /// has other obstacles too.
     fn walls(&self) -> Option<(&[Segment], f64)> {
         None
     }
 
-    /// At least the walls within `reach` metres of a point, as lines: what an outline that is no
-    /// disc is held against.
+    /// At least the walls within `reach` metres of a point, as lines: an outline that is not a disc
+    /// is tested against them.
     fn walls_near(&self, point: Point2<f64>, reach: f64) -> Vec<Segment>;
 
     /// Whether it is proved that no path joins two free places. `false` proves nothing.
@@ -69,8 +69,8 @@ pub trait ConfigSpace {
         self.room(point) >= 0.0
     }
 
-    /// How much of the leg is free, m; its whole length where nothing is in the way, 0 where the
-    /// start is blocked.
+    /// How much of the leg is free, m; its whole length if nothing is in the way, 0 if the start is
+    /// blocked.
     fn free_length(&self, leg: &Segment) -> f64 {
         let length = leg.length();
         if !(length > 0.0 && length.is_finite()) {
@@ -88,7 +88,7 @@ pub trait ConfigSpace {
             if at >= length {
                 return length;
             }
-            // Bilinear distances may change by √2 a metre.
+            // Bilinear distances may change by √2 per metre.
             at = (at + (room * 0.7).max(self.step())).min(length);
         }
     }
@@ -98,7 +98,7 @@ pub trait ConfigSpace {
         if leg.a == leg.b {
             return self.is_free(leg.a);
         }
-        // The middle first: a leg that is not free is refused soonest there.
+        // The middle first: there a blocked leg is refused soonest.
         self.is_free(Point2::from((leg.a.coords + leg.b.coords) * 0.5))
             && self.is_free(leg.a)
             && self.free_length(leg) >= leg.length()

@@ -1,4 +1,4 @@
-//! Which walls are near: a coarse raster over the bounds.
+//! Finds nearby walls with a coarse raster over the bounds.
 //!
 //! In: walls, a distance, bounds. Out: for a cell, for the cells along a leg and for the rings of
 //! cells around a point, every wall that is within that distance of the cell.
@@ -8,12 +8,12 @@ use nalgebra::{Point2, Vector2};
 use crate::geom::{Segment, sides_of};
 use crate::plan::point_index::ring_around;
 
-/// Cells for each wall: more make lists short and walks long.
+/// Cells for each wall: more cells make lists shorter and walks longer.
 const CELLS_PER_WALL: f64 = 8.0;
 /// Least and greatest number of cells along the longer side.
 const SIDE_CELLS: (f64, f64) = (8.0, 512.0);
 
-/// Walls by the cells that they are near to; cells row by row, their lists one after another.
+/// Walls by the cells that they are near; cells row by row, their lists one after another.
 #[derive(Clone, Debug)]
 pub(super) struct Raster {
     low: Point2<f64>,
@@ -81,7 +81,7 @@ impl Raster {
         }
     }
 
-    /// The cell of a point; the nearest one where it lies outside.
+    /// The cell of a point; the nearest one if it lies outside.
     fn cell_at(&self, point: Point2<f64>) -> (i32, i32) {
         let at = (point - self.low) / self.side;
         let cell = |at: f64, count: i32| (at.floor() as i32).clamp(0, count - 1);
@@ -101,8 +101,8 @@ impl Raster {
         self.list(col, row)
     }
 
-    /// Shows `visit` the walls of each cell along a leg, and how far along the leg its cell ends;
-    /// until it says no.
+    /// Passes the walls of each cell along a leg to `visit`, with the distance along the leg at
+    /// which the cell ends; stops when `visit` returns `false`.
     #[inline]
     pub(super) fn walk(
         &self,
@@ -116,7 +116,7 @@ impl Raster {
             let step = if along > 0.0 { 1 } else { -1 };
             let border = low + f64::from(cell + i32::from(along > 0.0)) * self.side;
             let inverse = 1.0 / along;
-            // Along the other axis only: this border is never met (0 · ∞ would be no number).
+            // The leg is parallel to these borders and never meets one (0 · ∞ would be NaN).
             if along == 0.0 {
                 (0, f64::INFINITY, f64::INFINITY)
             } else {
@@ -146,8 +146,8 @@ impl Raster {
         }
     }
 
-    /// Shows `visit` the walls of the cells around a point, ring by ring, and the distance within
-    /// which it has then seen all; until it says no.
+    /// Passes the walls of the cells around a point to `visit`, ring by ring, with the distance
+    /// within which all walls have then been seen; stops when `visit` returns `false`.
     pub(super) fn rings(&self, point: Point2<f64>, mut visit: impl FnMut(&[u32], f64) -> bool) {
         let (col, row) = self.cell_at(point);
         let at = (point - self.low) / self.side - Vector2::new(f64::from(col), f64::from(row));

@@ -5,8 +5,8 @@
 //!
 //! 1. Each wall grows to a capsule (TDK 2016 §5.1 draws a rectangle; the capsule is what a disc
 //!    really needs).
-//! 2. Capsules are registered in all cells of a coarse raster that they enter, so that a point asks
-//!    its own cell and a leg the cells it crosses, in order, until it is stopped.
+//! 2. Capsules are registered in all cells of a coarse raster that they enter, so a point needs
+//!    only its own cell, and a leg the cells it crosses, in order, until it is stopped.
 
 use nalgebra::{Point2, Vector2};
 
@@ -16,7 +16,7 @@ use super::raster::Raster;
 use crate::geom::Segment;
 use crate::plan::squares::floods_apart;
 
-/// Legs that are stopped end this far before the wall, m, so that what starts there is free in
+/// Legs that are stopped end this far before the wall, m, so that a leg starting there is free in
 /// spite of rounding.
 const BACK_OFF: f64 = 1e-6;
 
@@ -30,17 +30,17 @@ pub struct SegmentSpace {
     bounds: (Point2<f64>, Point2<f64>),
 }
 
-/// Why there is no such space.
+/// Why the space cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SpaceError {
-    /// A wall with a coordinate that is no number.
+    /// A wall has a coordinate that is not finite.
     #[error("wall {index} has a coordinate that is not finite")]
     Wall {
         /// Its number.
         index: usize,
     },
-    /// Bounds without area.
+    /// The bounds have no area.
     #[error(
         "bounds from ({}, {}) to ({}, {}) m hold nothing: expected finite, lower left below upper right",
         .low.x, .low.y, .high.x, .high.y
@@ -51,7 +51,7 @@ pub enum SpaceError {
         /// Upper right, m.
         high: Point2<f64>,
     },
-    /// A distance that cannot be kept.
+    /// The distance to keep is not valid.
     #[error("distance to keep is {keep} m, expected finite and not negative")]
     Keep {
         /// What was asked for, m.
@@ -60,8 +60,8 @@ pub enum SpaceError {
 }
 
 impl SegmentSpace {
-    /// The robot's centre keeps `keep` metres away from every segment and stays within `bounds`
-    /// (lower left, upper right).
+    /// The space in which the robot's centre keeps `keep` metres away from every segment and stays
+    /// within `bounds` (lower left, upper right).
     ///
     /// # Errors    [`SpaceError`]: a wall or a bound that is not finite, bounds without area, a
     /// negative distance.
@@ -94,7 +94,8 @@ impl SegmentSpace {
         }
     }
 
-    /// The same walls and bounds for a robot whose centre keeps another distance, m; not negative.
+    /// The same walls and bounds for a robot whose centre keeps a different distance, m; not
+    /// negative.
     #[must_use]
     pub fn with_keep(&self, keep: f64) -> Self {
         Self::of(self.segments.clone(), keep.max(0.0), self.bounds)
@@ -114,12 +115,11 @@ impl SegmentSpace {
 
     fn is_inside(&self, point: Point2<f64>) -> bool {
         let (low, high) = self.bounds;
-        // Comparisons, not differences: what is no number lies outside.
+        // Comparisons, not differences: NaN lies outside.
         point.x >= low.x && point.y >= low.y && point.x <= high.x && point.y <= high.y
     }
 
-    /// Where a leg inside of the bounds meets a wall, m; infinite where it does not within
-    /// `length`.
+    /// Where a leg inside the bounds meets a wall, m; infinite if it does not within `length`.
     fn first_entry(&self, origin: Point2<f64>, direction: Vector2<f64>, length: f64) -> f64 {
         let mut first = f64::INFINITY;
         self.raster.walk(origin, direction, length, |walls, until| {
@@ -184,7 +184,7 @@ impl ConfigSpace for SegmentSpace {
     }
 
     fn are_apart(&self, a: Point2<f64>, b: Point2<f64>) -> bool {
-        // Finer squares prove more, and take longer.
+        // Smaller squares prove more, and take longer.
         let sides = [0.5, 0.1].map(|part| part * self.keep);
         sides.iter().any(|&side| floods_apart(self, a, b, side))
     }

@@ -8,7 +8,7 @@ use crate::plan::path::NoPath;
 use crate::plan::query::Query;
 
 /// The rectangle of everything the grid holds and of all `points`, with `spare` cells around;
-/// `None` where a point is not finite or lies more than `farthest` cells off.
+/// `None` if a point is not finite or lies more than `farthest` cells off.
 #[must_use]
 pub fn rect_around(
     grid: &Grid,
@@ -38,15 +38,15 @@ pub fn rect_around(
     Some(rect.grown(spare))
 }
 
-/// A goal farther than this off a grid is no goal, m.
+/// A goal farther than this off a grid is refused, m.
 const FARTHEST_OFF: f64 = 50.0;
 /// Cells around a grid that may be driven through.
 const SPARE_CELLS: i32 = 20;
 
 impl GridSpace {
-    /// Looks at all that the grid holds, and at start and goal.
+    /// Takes a snapshot of everything in the grid, and of start and goal.
     ///
-    /// # Errors    [`NoPath::GoalBlocked`] where one of them is far off the grid.
+    /// # Errors    [`NoPath::GoalBlocked`] if one of them is far off the grid.
     pub(in crate::plan) fn of_query(
         grid: &Grid,
         query: &Query,

@@ -1,4 +1,4 @@
-//! The space over segments, held against every wall tried one by one.
+//! The space over segments compared with every wall tried one by one.
 
 use nalgebra::Point2;
 use proptest::prelude::*;
@@ -11,7 +11,7 @@ fn point() -> impl Strategy<Value = Point2<f64>> {
     (-1.5..9.5_f64, -0.5..6.5_f64).prop_map(|(x, y)| Point2::new(x, y))
 }
 
-/// Walls anyhow, and walls along the axes on a lattice, whose ends meet.
+/// Random walls, and walls along the axes on a lattice, whose ends meet.
 fn wall() -> impl Strategy<Value = Segment> {
     let lattice = (0..9_i32, 0..6_i32, 0..4_i32, any::<bool>()).prop_map(|(x, y, length, flat)| {
         let a = Point2::new(f64::from(x), f64::from(y));
@@ -49,7 +49,7 @@ proptest! {
             let leg = Segment::new(pair[0], pair[1]);
             let nearest = walls.iter().map(|w| w.distance_to(&leg)).fold(f64::INFINITY, f64::min);
             let is_inside = inside(leg.a) && inside(leg.b);
-            // On the very border rounding decides.
+            // On the border itself rounding decides.
             if (nearest - keep).abs() > 1e-9 {
                 prop_assert_eq!(space.leg_is_free(&leg), is_inside && nearest > keep);
             }
@@ -89,7 +89,7 @@ fn nonsense_is_refused_by_name() {
     assert!(!space.is_free(nowhere) && space.room(nowhere) < 0.0);
 }
 
-/// What is shown of a map as its configuration space is that of the planners.
+/// The picture of a map as configuration space equals the space of the planners.
 #[test]
 fn the_room_that_is_shown_is_that_of_the_space() {
     use crate::geom::Pose2;

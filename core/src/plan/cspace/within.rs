@@ -1,21 +1,21 @@
-//! The cells that a geofence keeps the robot's centre out of.
+//! The cells from which a geofence keeps the robot's centre.
 //!
-//! In: cells, and a fence with the distance that is kept from its border. Out: a mask of cells.
+//! In: cells, and a fence with the distance to keep from its border. Out: a mask of cells.
 
 use nalgebra::Point2;
 
 use crate::geom::geofence::Geofence;
 use crate::map::CellRect;
 
-/// Cells of a block that is looked at whole first.
+/// Side of a block that is tested as a whole first, cells.
 const BLOCK: usize = 16;
 
 /// Where the robot's centre may be, whatever the map holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Within {
-    /// The fence, map frame; without zones it may be everywhere.
+    /// The fence, map frame; without zones the centre may be everywhere.
     pub fence: Geofence,
-    /// The clearance that the robot's centre keeps in it, m.
+    /// The clearance that the robot's centre keeps within the fence, m.
     pub keep: f64,
 }
 
@@ -26,10 +26,10 @@ impl Within {
         self.fence.is_empty() || self.fence.clearance(point) >= self.keep
     }
 
-    /// Those cells of `rect` whose centres it keeps the robot's centre out of, in rows from the
-    /// lower left one.
+    /// Those cells of `rect` in whose centres the robot's centre may not be, in rows from the lower
+    /// left one.
     ///
-    /// As the clearance changes by no more than the way that is gone, most blocks are decided by
+    /// The clearance changes by no more than the distance moved, so most blocks are decided by
     /// their middle.
     pub(super) fn outside(&self, rect: CellRect, resolution: f64) -> Vec<bool> {
         let width = rect.width();

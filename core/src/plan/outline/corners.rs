@@ -6,7 +6,7 @@ use crate::geom::{Footprint, Segment};
 use crate::plan::cspace::ConfigSpace;
 use crate::plan::path::Path;
 
-/// Step 4: again and again from the start, until every corner is needed.
+/// Step 4: repeated from the start until every corner is needed.
 pub(super) fn drop_corners(
     mut path: Path,
     heading: Option<f64>,
@@ -36,7 +36,7 @@ pub(super) fn drop_corners(
 }
 
 /// Whether the outline can follow straight legs over these corners without touching a wall of the
-/// space, from a heading in rad, or from that of the first leg.
+/// space, from a heading in rad, or from the heading of the first leg.
 pub fn follows(
     outline: &Footprint,
     corners: &[Point2<f64>],

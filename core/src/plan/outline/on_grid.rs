@@ -1,15 +1,15 @@
-//! A route over a grid for a robot that is no disc.
+//! A route over a grid for a robot that is not a disc.
 //!
 //! In: the grid, start, goal, heading, the robot. Out: a [`Route`] of straight legs, or the typed
 //! reason.
 //!
-//! The margins are tried in order, each around the outline. One at which not even the disc within
-//! gets through is passed over at once, for the wavefront tells that sooner than a search over
+//! The margins around the outline are tried in order. A margin at which not even the disc within
+//! fits through is skipped at once, because the wavefront finds that out faster than a search over
 //! headings.
 //!
-//! A cell is thicker than the wall in it, and a robot between two posts may seem to stand in them.
-//! Where it does, the outline is tried without a margin, and then half a cell smaller: what it then
-//! comes near to is up to safe mode.
+//! A cell is thicker than the wall in it, so a robot between two posts may seem to stand in them.
+//! If it does, the outline is tried without a margin, and then half a cell smaller: safe mode then
+//! takes care of what it comes near.
 
 use super::OutlineSearch;
 use crate::geom::Pose2;

@@ -31,7 +31,7 @@ fn query(start: (f64, f64), goal: (f64, f64)) -> Query {
     }
 }
 
-/// How deep the walls come into the robot anywhere along the path: poses every 5 mm and every
+/// How deep the walls get into the robot anywhere along the path: poses every 5 mm and every
 /// degree, points of the walls every 5 mm.
 fn deepest(path: &Path, heading: f64, walls: &[Segment]) -> f64 {
     let points: Vec<_> = walls
@@ -69,7 +69,7 @@ fn deepest(path: &Path, heading: f64, walls: &[Segment]) -> f64 {
     worst
 }
 
-/// Asks for a path once.
+/// Asks for one path.
 fn plan_outline(
     space: &dyn ConfigSpace,
     outline: &Footprint,
@@ -84,7 +84,7 @@ fn plan_outline(
     }
     match search.path() {
         Some(path) => Ok(path),
-        // What the disc within cannot reach, the outline cannot.
+        // Where the disc within cannot go, the outline cannot.
         None if space.are_apart(query.start, query.goal) => Err(NoPath::Unreachable(query.goal)),
         None if search.open.is_empty() => Err(NoPath::Exhausted {
             iterations: search.iterations,
@@ -99,7 +99,7 @@ fn plan_outline(
 fn a_long_robot_passes_a_door_narrower_than_the_disc_around_it_and_touches_nothing() {
     let asked = query((0.6, 0.6), (3.3, 2.4));
     let rooms = two_rooms(0.4);
-    // The disc around it, 58 cm wide, does not pass.
+    // The disc around it, 58 cm wide, does not fit through.
     let disc = rooms.with_keep(robot().radius_around());
     assert!(disc.are_apart(asked.start, asked.goal));
     for heading in [0.0, 1.5, -2.8] {
@@ -131,7 +131,7 @@ fn doors_narrower_than_the_robot_and_bends_without_room_to_turn_are_refused() {
     // 6 cm less than its width: proved by the disc within.
     let shut = plan_outline(&two_rooms(0.24), &robot(), asked, Some(0.0));
     assert!(matches!(shut, Err(NoPath::Unreachable { .. })), "{shut:?}");
-    // A bent corridor, 36 cm wide: the disc within passes, the robot cannot turn in the bend.
+    // A bent corridor, 36 cm wide: the disc within fits, but the robot cannot turn in the bend.
     let bend = space(vec![
         wall(0.0, 1.0, 2.36, 1.0),
         wall(2.36, 1.0, 2.36, 3.0),
@@ -144,7 +144,7 @@ fn doors_narrower_than_the_robot_and_bends_without_room_to_turn_are_refused() {
     let short = Footprint::rectangle(0.3, 0.18).unwrap();
     let bend = bend.with_keep(short.radius_within());
     assert!(plan_outline(&bend, &short, asked, Some(0.0)).is_ok());
-    // Straight on along it the long one drives, but across it does not even stand.
+    // The long robot drives straight along it, but does not even fit across it.
     let along = query((0.4, 1.18), (1.6, 1.18));
     assert!(plan_outline(&bend, &robot(), along, Some(0.0)).is_ok());
     let across = plan_outline(&bend, &robot(), along, Some(1.57));

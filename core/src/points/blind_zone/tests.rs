@@ -9,7 +9,7 @@ use crate::robot::Stamp;
 
 const BLIND: f64 = 0.15;
 
-/// What a lidar sees of `walls` from `world_from_robot`: nothing of what is nearer than 0.15 m.
+/// What a lidar sees of `walls` from `world_from_robot`: nothing nearer than 0.15 m.
 fn look(walls: &[Segment], world_from_robot: &Pose2) -> Points {
     let mut seen = fixture::look(walls, world_from_robot, 5.0);
     seen.beams.retain(|beam| beam.range >= BLIND);
@@ -20,7 +20,7 @@ fn wall() -> Vec<Segment> {
     vec![Segment::new(Point2::new(0.0, -3.0), Point2::new(0.0, 3.0))]
 }
 
-/// The field after looks from each of the poses.
+/// The blind zone after scans from each of the poses.
 fn seen_from(walls: &[Segment], poses: &[Pose2]) -> BlindZone {
     let mut field = BlindZone::default();
     let mut before = poses[0];
@@ -44,8 +44,8 @@ fn a_wall_that_is_too_near_to_be_seen_is_where_it_was() {
     for point in field.unseen() {
         assert!((last * *point).x.abs() < 1e-9, "{point}");
     }
-    // What is blind is a cap of ±43° around the wall's nearest place; a degree or so at its rim may
-    // be forgotten.
+    // The blind part is a cap of ±43° around the wall's nearest place; a degree or so at its rim
+    // may be forgotten.
     let angles = field.unseen().iter().map(|p| libm::atan2(p.y, p.x));
     let (low, high) = angles.fold((9.9_f64, -9.9_f64), |(l, h), a| (l.min(a), h.max(a)));
     assert!((high - low).to_degrees() > 80.0, "{low} {high}");
@@ -115,8 +115,8 @@ fn memory_is_bounded_whatever_comes() {
     assert!(field.remembered.len() <= MOST);
 }
 
-/// What a folding sensor reads of a wall at `distance`, m: as far beyond 0.2 m as it is nearer than
-/// that.
+/// The reading of a folding sensor for a wall at `distance`, m: as far beyond 0.2 m as the wall is
+/// nearer.
 fn folded(distance: f64) -> f64 {
     if distance < 0.15 {
         0.35 - distance
@@ -178,7 +178,7 @@ fn folded_readings_of_a_remembered_wall_are_invalid_and_others_stay() {
     // The wall is inside of 0.15 m over 2 acos(0.12 / 0.15), and of 0.18 m over 2 acos(0.12 /
     // 0.18).
     assert!((37..=50).contains(&masked), "{masked}");
-    // Who expects no folding takes the scan as it is.
+    // Without folding configured, the scan is taken unchanged.
     let mut plain = BlindZone::default();
     plain.update(&look(&walls, &before), &Pose2::identity());
     assert_eq!(*plain.without_folded(&scan, &before.delta_to(&now)), scan);

@@ -1,4 +1,4 @@
-//! Estimates against the σ that the noise was drawn with, and their stated errors against many
+//! Estimates compared with the σ from which the noise was drawn, and their stated errors with many
 //! repetitions.
 
 use rand::{RngExt, SeedableRng};
@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 
 impl SigmaFit {
-    /// How uncertain σ at `range` is, m.
+    /// Standard deviation of σ at `range`, m.
     fn error_at(&self, range: f64) -> f64 {
         let terms = self.growth.terms(range);
         terms.dot(&(self.cov * terms)).sqrt()
@@ -125,8 +125,8 @@ fn poor_recordings_are_refused() {
 fn stretches_are_not_compared_with_one_another() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let here = scans(Growth::Linear, 0.0, &mut rng);
-    // Elsewhere all is 20 cm nearer, and the stretches are long enough that one false pair of scans
-    // would show.
+    // In the other stretches everything is 20 cm nearer, and they are long enough that one false
+    // pair of scans would show.
     let mut there = scans(Growth::Linear, 0.0, &mut rng);
     for range in there.iter_mut().flat_map(|scan| &mut scan.ranges) {
         *range -= 0.2;

@@ -6,7 +6,7 @@
 //! | [`BreakRule::MeanRatio`] | ν times the mean distance | a slit seen head on | a long wall seen at a flat angle; a slit beside a deep step |
 //! | [`BreakRule::Spacing`] | a multiple of k(ρ) = a ρ + b, the sensor's own spacing | a slit, beside a step too | a long wall seen at a flat angle |
 //!
-//! The tests hold each cell of the table.
+//! The tests check each cell of the table.
 
 use std::ops::Range;
 
@@ -17,12 +17,12 @@ use crate::geom::Length;
 use crate::lanes::{Kernel, LANES, Lanes, run};
 use crate::points::{Beam, Points, Run, SpacingModel};
 
-/// When two neighbouring beams do not lie on one surface.
+/// The rule by which two neighbouring beams do not lie on one surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BreakRule {
     /// The adaptive breakpoint detector: `D = ρ sin Δφ / sin(λ - Δφ) + n σ`, what a surface seen at
-    /// the grazing angle λ would give, plus noise. ρ is the shorter of both ranges so that the
-    /// order of the beams does not matter, σ² the sum of both variances.
+    /// the grazing angle λ would give, plus noise. ρ is the shorter of the two ranges, so that the
+    /// order of the beams does not matter; σ² is the sum of both variances.
     ///
     /// Source: Borges & Aldon (2004), "Line extraction in 2D range images for mobile robotics", eq.
     /// (3).
@@ -33,22 +33,22 @@ pub enum BreakRule {
         /// Noise allowed on top, in standard deviations of the difference of two ranges. Default 3.
         n_sigmas: f64,
     },
-    /// Farther apart than `ratio` times the mean over neighbours that no lost beam separates: for
-    /// doors that a ranger sees with evenly spaced points.
+    /// Neighbours break if they are farther apart than `ratio` times the mean over neighbours
+    /// without a lost beam between them: for doors that a ranger sees with evenly spaced points.
     ///
     /// Source: TDK 2016 §4.2, d > ν d̄ with ν from 4 to 5.
     MeanRatio {
         /// ν. Larger: fewer breaks.
         ratio: f64,
     },
-    /// Farther apart than `ratio` times the sensor's spacing at the mean of both ranges.
+    /// Neighbours break if they are farther apart than `ratio` times the sensor's spacing at the
+    /// mean of both ranges.
     ///
     /// Source: Pilch 2016 §3.5.1 with ratio 2.
     Spacing {
         /// k(ρ), fitted per sensor.
         spacing: SpacingModel,
-        /// How many times k. Larger: fewer breaks, flatter angles at which a wall is still
-        /// followed.
+        /// Multiple of k. Larger: fewer breaks, flatter angles at which a wall is still followed.
         ratio: f64,
     },
 }
@@ -63,8 +63,8 @@ impl BreakRule {
         }
     }
 
-    /// All rules with their default figures, with the names used by settings, and what a person
-    /// calls them.
+    /// All rules with their default values, with their names in settings and their names for
+    /// people.
     #[must_use]
     pub fn all() -> [(&'static str, Self, &'static str); 3] {
         let mean = Self::MeanRatio { ratio: 4.5 };
@@ -90,18 +90,18 @@ impl Default for BreakRule {
     }
 }
 
-/// The test of two neighbours on which something came back.
+/// The test of two neighbouring hits.
 pub(super) trait Joins {
     fn joins(&self, a: &Ray, b: &Ray) -> bool;
 
-    /// Sets `surely` to 1 for each beam of a range that joins the one before it by far; 0 is for
-    /// [`Self::joins`] to tell.
+    /// Sets `surely` to 1 for each beam of a range that clearly joins the one before it; for a 0,
+    /// [`Self::joins`] has to decide.
     fn join_surely(&self, _beams: &[Beam], _range: Range<usize>, surely: &mut [f64; CHUNK]) {
         surely.fill(0.0);
     }
 }
 
-/// A beam as the rules see it.
+/// The data of a beam that the rules use.
 #[derive(Clone, Copy)]
 pub(super) struct Ray {
     end: Point2<f64>,
@@ -122,7 +122,7 @@ impl Ray {
     }
 }
 
-/// Two beams: |sin Δφ| and cos Δφ, both times the product of the ranges.
+/// Two beams: |sin Δφ| and cos Δφ, both multiplied by the product of the ranges.
 #[derive(Clone, Copy)]
 struct Pair {
     sin: f64,
@@ -143,7 +143,7 @@ impl Pair {
     }
 }
 
-/// The largest step in bearing, which every rule keeps to.
+/// The largest step in bearing, which applies to every rule.
 pub(super) struct Step {
     sin_max: f64,
 }
@@ -185,13 +185,13 @@ impl Adaptive {
         }
     }
 
-    /// `shorter`: of both ranges. `variance`: of their difference. By value: references would keep
-    /// every beam on the stack.
+    /// `shorter`: the shorter range. `variance`: of the difference of the ranges. Passed by value:
+    /// references would keep every beam on the stack.
     #[inline(never)]
     fn limit(&self, shorter: f64, variance: f64, pair: Pair) -> f64 {
         let scale = 1.0 / pair.product;
         let (sin_step, cos_step) = (pair.sin * scale, pair.cos * scale);
-        // sin(λ - Δφ); a coarse sensor's Δφ may come near λ, where the rule would let everything
+        // sin(λ - Δφ). A coarse sensor's Δφ may come near λ, where the rule would let everything
         // through.
         let sin_rest =
             (self.sin_grazing * cos_step - self.cos_grazing * sin_step).max(0.5 * self.sin_grazing);
@@ -210,8 +210,8 @@ impl Joins for Adaptive {
         pair.distance_squared <= limit * limit
     }
 
-    /// sin(λ - Δφ) ≤ sin λ and the noise only adds: most neighbours pass here, without a division
-    /// or a root.
+    /// sin(λ - Δφ) ≤ sin λ and the noise only adds to the limit: most neighbours pass here, without
+    /// a division or a root.
     fn join_surely(&self, beams: &[Beam], range: Range<usize>, surely: &mut [f64; CHUNK]) {
         run(SureJoins {
             rule: self,
@@ -222,7 +222,7 @@ impl Joins for Adaptive {
     }
 }
 
-/// The neighbours that [`Adaptive`] joins whatever their noise.
+/// The neighbours that [`Adaptive`] joins regardless of their noise.
 struct SureJoins<'a> {
     rule: &'a Adaptive,
     beams: &'a [Beam],
@@ -265,7 +265,7 @@ impl Kernel for SureJoins<'_> {
     }
 }
 
-/// Four beams as the rule sees them.
+/// The data of four beams that the rule uses.
 #[derive(Clone, Copy)]
 struct Rays<L> {
     x: L,
@@ -276,7 +276,7 @@ struct Rays<L> {
 }
 
 impl<L: Lanes> Rays<L> {
-    /// Each ray's neighbour before it.
+    /// The neighbour before each ray.
     #[inline(always)]
     fn after(&self, before: &Self) -> Self {
         Self {

@@ -48,7 +48,7 @@ fn closed_room_is_one_run_that_starts_in_a_corner() {
 
 #[test]
 fn wall_across_the_first_beam_is_one_run() {
-    // Beam 0 looks at the middle of the only wall.
+    // Beam 0 points at the middle of the only wall.
     let points = look(&[wall(2.0, -1.0, 2.0, 1.0)], 360, 0.0, 360.0);
     let runs = runs(&points, &SegmentationConfig::default());
     assert_eq!(runs.len(), 1);
@@ -124,7 +124,7 @@ fn long_wall_beside_the_robot_is_whole_by_the_adaptive_rule_alone() {
 
 #[test]
 fn slit_beside_a_deep_step_is_found_by_the_spacing_rule_alone() {
-    // The steps to the wall behind raise the mean distance, and the slit drowns in it.
+    // The steps to the wall behind raise the mean distance so much that the slit is missed.
     let walls = [
         wall(1.0, -1.0, 1.0, -0.04),
         wall(1.0, 0.04, 1.0, 1.0),
@@ -191,7 +191,7 @@ fn short_cut_of_the_adaptive_rule_changes_no_verdict() {
         }
     }
     assert!(verdicts.iter().all(|&n| n > 1_000), "{verdicts:?}");
-    // It spares most of those that join the longer way.
+    // It decides most pairs that the full rule joins.
     assert!(2 * sure > verdicts[1], "{sure} of {}", verdicts[1]);
 }
 

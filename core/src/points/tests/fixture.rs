@@ -1,5 +1,5 @@
-//! Points for tests: made by hand, or what an exact lidar in the middle of the robot sees of walls.
-//! σ is 1 cm, the stamp 0. And noise.
+//! Points for tests: made by hand, or what an exact lidar at the robot's centre sees of walls. σ is
+//! 1 cm, the stamp 0. And noise.
 
 use std::f64::consts::TAU;
 
@@ -29,12 +29,12 @@ pub(crate) fn beam(
     }
 }
 
-/// A beam from the middle of the robot that something came back from.
+/// A hit of a beam from the robot's centre.
 pub(crate) fn hit(beam_idx: usize, end_in_robot: Point2<f64>) -> Beam {
     beam(beam_idx, Point2::origin(), end_in_robot, true)
 }
 
-/// A beam from the middle of the robot along a unit vector.
+/// A beam from the robot's centre along a unit vector.
 pub(crate) fn beam_along(
     beam_idx: usize,
     direction: Vector2<f64>,
@@ -64,8 +64,8 @@ pub(crate) fn scan_of_hits(ends_in_robot: impl IntoIterator<Item = Point2<f64>>)
     scan_of(ends.map(|(beam_idx, end)| hit(beam_idx, end)))
 }
 
-/// Range to the nearest of the walls along a unit vector of the robot frame; infinite where none
-/// stands, m.
+/// Range to the nearest of the walls along a unit vector of the robot frame; infinite if there is
+/// none, m.
 pub(crate) fn range_to(
     walls: &[Segment],
     world_from_robot: &Pose2,
@@ -78,8 +78,8 @@ pub(crate) fn range_to(
     ranges.fold(f64::INFINITY, f64::min)
 }
 
-/// Beams all round, 360 of them, the first one ahead: each ends at a wall, or at `max_range` (m)
-/// where none is nearer.
+/// Beams all round, 360 of them, the first one ahead: each ends at a wall, or at `max_range` (m) if
+/// none is nearer.
 pub(crate) fn look(walls: &[Segment], world_from_robot: &Pose2, max_range: f64) -> Points {
     let bearings = (0..360).map(|beam_idx| TAU * f64::from(beam_idx) / 360.0);
     look_along(bearings, walls, world_from_robot, max_range)

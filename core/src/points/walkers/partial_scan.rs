@@ -1,12 +1,12 @@
-//! Who came since the last scan, by partial scans: all that a sensor that sweeps only when the
-//! robot stands sees of people.
+//! Walkers that came since the last scan, from partial scans: a sensor that sweeps only while the
+//! robot stands sees nothing else of people.
 //!
-//! 1. A reading in space that the last scan saw to be free, by more than both may err, is of
-//!    somebody who came.
+//! 1. A reading in space that the last scan saw to be free, by more than the possible error of
+//!    both, belongs to somebody who came.
 //! 2. They stay where they were seen for [`KEPT_FOR`], or until the next scan.
 //!
-//! One reading is enough: a wrong one costs a sweep, and the next comes only after a walker's half
-//! metre.
+//! One reading is enough: a false one costs only a sweep, and by the next partial scan a walker has
+//! moved half a metre.
 
 use nalgebra::Point2;
 
@@ -16,10 +16,10 @@ use crate::robot::Stamp;
 
 /// How long somebody counts without being seen again, s: a turn and the beginning of a leg.
 const KEPT_FOR: f64 = 3.0;
-/// By how many standard deviations a reading may err.
+/// Number of standard deviations by which a reading may err.
 const SIGMAS: f64 = 3.0;
-/// By how much odometry may err in a turn, as [`super::TURN_DRIFT`]; it grows with the root of the
-/// turn. Two standard deviations of tracks that slip by 2e-3 rad²/rad: they are those of the small
+/// Possible error of odometry in a turn, as [`super::TURN_DRIFT`]; it grows with the root of the
+/// turn. Two standard deviations for tracks that slip by 2e-3 rad²/rad, as those of the small
 /// robots that carry such sensors.
 const TURN_DRIFT: f64 = 0.09;
 
@@ -32,8 +32,8 @@ pub(super) struct Newcomer {
 
 impl Walkers {
     /// Takes readings on the move; `robot_at_scan_from_robot` is the motion since the last scan.
-    /// [`Self::points`] are those who came; gives those whom these readings saw, robot frame of the
-    /// last scan, m.
+    /// Afterwards [`Self::points`] are those who came. Returns those whom these readings saw, robot
+    /// frame of the last scan, m.
     pub fn partial_scan(
         &mut self,
         readings: &Points,
@@ -44,7 +44,7 @@ impl Walkers {
         let Some(mut past) = self.past.back().cloned() else {
             return vec![];
         };
-        // Of these readings alone: the next scan brings the whole motion.
+        // For these readings only: the next scan brings the whole motion.
         past.now_from_then = robot_at_scan_from_robot.inverse();
         let has_come = |beam: &&Beam| {
             let behind = BEHIND + SIGMAS * beam.sigma;

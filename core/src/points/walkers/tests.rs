@@ -1,4 +1,4 @@
-//! A lidar of 360 beams in a room of 6 by 6 m, a pillar and somebody in it, seen exactly.
+//! A lidar of 360 beams in a room of 6 by 6 m, with a pillar and a person in it, sensed exactly.
 
 use super::*;
 use crate::geom::{Length, sin_cos};
@@ -31,8 +31,8 @@ fn to_room(from: Point2<f64>, along: Vector2<f64>) -> f64 {
     side(from.x, along.x).min(side(from.y, along.y))
 }
 
-/// What is seen by a lidar that turns once while the robot moves by `moved` to a pose, each beam
-/// put where odometry, which reports `reported`, has it.
+/// The scan of a lidar that turns once while the robot moves by `moved` to a pose; each beam is
+/// placed by odometry, which reports `reported`.
 fn sweep(
     (moved, reported): (&Pose2, &Pose2),
     pose: &Pose2,
@@ -60,7 +60,7 @@ fn sweep(
     }
 }
 
-/// Who is seen at last, of a robot that moves by `step` between scans and of somebody who is at
+/// The walkers seen at last by a robot that moves by `step` between scans, with a person at
 /// `person(number of scan)`.
 fn seen(
     step: Pose2,
@@ -82,9 +82,9 @@ fn seen(
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Whoever crosses or comes nearer at walking speed is seen, and nothing else is; who leaves
-    /// hides what they enter. A robot that turns fast knows too little of its heading to tell,
-    /// which the test skips.
+    /// Anybody who crosses or comes nearer at walking speed is seen, and nothing else is; people
+    /// who go away hide the space that they enter. A robot that turns fast knows its heading too
+    /// badly to tell, so the test skips that.
     #[test]
     fn who_walks_is_seen_from_a_robot_that_drives(
         x in 0.7..1.6_f64, y in -0.3..0.3_f64, direction in 0.5 * PI..1.5 * PI, speed in 0.9..1.2_f64,
@@ -106,7 +106,7 @@ proptest! {
         }
     }
 
-    /// Tracks that slip turn a robot that drives straight on by up to six degrees in a scan, and no
+    /// Slipping tracks turn a robot that drives straight on by up to six degrees in a scan, and no
     /// encoder shows it.
     #[test]
     fn a_turn_that_odometry_does_not_tell_is_found_and_makes_nobody_walk(forward in -0.7..0.7_f64, slips in proptest::array::uniform8(-0.1..0.1_f64)) {
@@ -116,7 +116,7 @@ proptest! {
             let slip = slip * (forward.abs() / 0.7).sqrt();
             let moved = Pose2::new(forward * PERIOD, 0.0, slip);
             pose = pose * moved;
-            // Taken standing, so that the turn alone is asked for.
+            // Taken standing, so that only the turn is tested.
             let still = Pose2::identity();
             let points = sweep((&still, &still), &pose, None, number);
             let found = walkers.unreported_turn(&points, &reported).heading();
@@ -127,7 +127,7 @@ proptest! {
         }
     }
 
-    /// Odometry that turns by 5 % too much, as a worn robot's does, makes nobody of walls and
+    /// Odometry that turns by 5 % too much, like a worn robot's, makes no walkers of walls and
     /// pillars.
     #[test]
     fn nothing_walks_where_nobody_is(forward in -0.7..0.7_f64, turn in -2.0..2.0_f64, wear in -0.05..0.05_f64) {
@@ -158,13 +158,13 @@ fn who_stands_is_remembered_for_a_while() {
             "{scans}"
         );
     }
-    // Who has left is forgotten at once, and who never moved is nobody.
+    // A person who has left is forgotten at once, and one who never moved is no walker.
     let leaves = |number: usize| person(number).filter(|_| number < 8);
     assert!(seen(standing, 9, leaves).is_empty());
     assert!(seen(standing, 9, |_| Some((1.5, 0.0, 0.2))).is_empty());
 }
 
-/// What four rangers see of the room from a pose where odometry has the robot, one of them ahead.
+/// What four rangers see of the room from a pose by odometry, one of them pointing ahead.
 fn four(pose: &Pose2, person: Option<(f64, f64, f64)>) -> Points {
     let still = Pose2::identity();
     let mut points = sweep((&still, &still), pose, person, 1);
@@ -175,9 +175,9 @@ fn four(pose: &Pose2, person: Option<(f64, f64, f64)>) -> Points {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// By single readings of a robot that has driven on since its last scan, whose odometry errs by
-    /// two standard deviations of the turn at most: nobody where nobody is, and whoever stands in
-    /// room that was free.
+    /// Single readings of a robot that has driven on since its last scan, with an odometry error of
+    /// at most two standard deviations of the turn: nobody is found where nobody is, and anybody in
+    /// space that was free is found.
     #[test]
     fn who_came_since_the_last_scan_is_seen_by_one_reading(
         forward in 0.0..0.7_f64, turn in -0.8..0.8_f64, slip in -0.08..0.08_f64, away in 0.5..1.2_f64,
@@ -194,7 +194,7 @@ proptest! {
         let to_pillar = Vector2::new(at.x - PILLAR.0, at.y - PILLAR.1).length();
         prop_assume!(to_pillar > 1.2 && at.coords.amax() < HALF - 0.8);
         let came = walkers.partial_scan(&four(&truth, Some((at.x, at.y, 0.2))), &reported);
-        // In the frame of the scan, as odometry has it.
+        // In the frame of the scan, by odometry.
         let expect = reported * Point2::new(away - 0.2, 0.0);
         prop_assert!(came.len() == 1 && (came[0] - expect).length() < 1e-6, "{came:?} instead of {expect}");
         prop_assert_eq!(walkers.points(), came);

@@ -1,13 +1,13 @@
-//! By how much a robot has turned more than its odometry reports, from two scans.
+//! How much more a robot has turned than its odometry reports, from two scans.
 //!
-//! In: the hits of two scans, both from the same place and in the same frame as far as odometry
-//! knows. Out: the turn by which the older one fits the newer one best.
+//! In: the hits of two scans, both from the same place and in the same frame according to odometry.
+//! Out: the turn by which the older one fits the newer one best.
 //!
 //! 1. Each scan becomes a profile: the range of the nearest hit in each degree.
 //! 2. One profile is shifted against the other, degree by degree; the mean difference of their
-//!    ranges, none counted for more than [`FAR`], is least at the turn. A parabola through the
-//!    least and its neighbours gives it to a part of a degree.
-//! 3. Who walks differs between the scans, but they are few.
+//!    ranges, each capped at [`FAR`], is least at the turn. A parabola through the minimum and its
+//!    neighbours gives the turn to a fraction of a degree.
+//! 3. Walkers differ between the scans, but they are few.
 //!
 //! Source: Diosi & Kleeman (2005), "Laser scan matching in polar coordinates with application to
 //! SLAM", orientation step.
@@ -22,11 +22,11 @@ use crate::geom::Length;
 const BINS: usize = 360;
 /// Greatest difference of two ranges that counts, m.
 const FAR: f64 = 0.3;
-/// Least part of the bins that both scans have to fill.
+/// Least number of bins that both scans have to fill.
 const OVERLAP: usize = BINS / 4;
 
-/// The turn (rad, at most `most` to either side) that takes `before` onto `now`; both are
-/// directions from the sensor, m. 0 where too little is seen.
+/// The turn (rad, at most `most` to either side) that takes `before` onto `now`; both are vectors
+/// from the sensor, m. 0 if too little is seen.
 pub(super) fn between(
     before: impl Iterator<Item = Vector2<f64>>,
     now: impl Iterator<Item = Vector2<f64>>,
@@ -38,11 +38,11 @@ pub(super) fn between(
         return 0.0;
     }
     let (before, now) = (profile(before), profile(now));
-    // One more to either side, for the parabola.
+    // One more on each side, for the parabola.
     let tried = -shifts - 1..=shifts + 1;
     let off: Vec<f64> = tried.map(|s| difference(&before, &now, s)).collect();
     let inner = 1..off.len() - 1;
-    // Of turns that fit alike the least.
+    // Of turns that fit equally well, the smallest.
     let (none, shifts) = (shifts as usize + 1, f64::from(shifts + 1));
     let by_difference = |a: &usize, b: &usize| {
         let turns = a.abs_diff(none).cmp(&b.abs_diff(none));
@@ -61,7 +61,7 @@ pub(super) fn between(
     }
 }
 
-/// Ranges by direction; infinite where nothing was hit.
+/// Ranges by direction; infinite if nothing was hit.
 fn profile(hits: impl Iterator<Item = Vector2<f64>>) -> Vec<f64> {
     let mut ranges = vec![f64::INFINITY; BINS];
     for hit in hits {
@@ -73,7 +73,7 @@ fn profile(hits: impl Iterator<Item = Vector2<f64>>) -> Vec<f64> {
     ranges
 }
 
-/// Mean difference with `before` turned by `shift` bins, m; infinite where too few bins have both.
+/// Mean difference with `before` turned by `shift` bins, m; infinite if too few bins have both.
 fn difference(before: &[f64], now: &[f64], shift: i32) -> f64 {
     let shift = shift.rem_euclid(BINS as i32) as usize;
     let (mut sum, mut count) = (0.0, 0);

@@ -1,5 +1,6 @@
-//! Grid mapping by particles. Each has a map; that of the best one is shown, and may be another one
-//! from scan to scan, so that map and trajectory are its own.
+//! Grid mapping by particles. Each particle has a map. The map of the best particle is shown, and
+//! another particle may become the best at any scan, so the method has a map and a trajectory of
+//! its own.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
 use crate::estimation::GridParticles;
@@ -8,7 +9,8 @@ use crate::map::Evidence;
 use crate::robot::Odometry;
 
 pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError> {
-    // As in scan matching, few scans are drawn, and what one of them saw through is to be free.
+    // As in scan matching, few scans are drawn, so whatever one of them saw through has to become
+    // free.
     let (front, grid) = (config.matcher, config.matcher.grid);
     let filter = GridParticles::new(config.grid_particles, front, grid)?;
     Ok(Box::new(filter))

@@ -1,8 +1,9 @@
-//! Localisation in a small prior map by the probability of every pose in it (Markov localisation).
+//! Localisation in a small prior map by the probability of every pose cell in it (Markov
+//! localisation).
 //!
-//! What is known is exact up to its cells: where the robot may be in several places, all of them
-//! are there with their probabilities. A robot that is carried off is noticed by what it sees, and
-//! may then be anywhere again.
+//! The belief is exact up to the size of its cells: if the robot may be in several places, all of
+//! them are there with their probabilities. A robot that is carried off is noticed by what it sees,
+//! and may then be anywhere again.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
 use crate::estimation::{
@@ -23,7 +24,7 @@ pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError
     let mut localiser = HistogramLocaliser::new(&map.faces, map.sigma, particles, cells)?;
     let start = map.start();
     if !map.anywhere {
-        // Less than a cell cannot be told apart.
+        // Differences smaller than a cell cannot be resolved.
         let cell = pose_cov(cells.cell, std::f64::consts::TAU / cells.turns as f64);
         localiser.begin_at(&PoseEstimate {
             cov: start.cov + cell,
@@ -60,16 +61,16 @@ pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError
 struct ByHistogram {
     localiser: HistogramLocaliser,
     judgement: JudgementConfig,
-    /// Where the robot is: the likeliest place, and odometry since a scan was last taken in. While
-    /// it is not found: odometry from where it was last believed to be.
+    /// Where the robot is: the likeliest place, moved by the odometry since the last scan that was
+    /// taken in. While the robot is not found: odometry from where it was last believed to be.
     believed: PoseEstimate,
     /// The likely poses after the last scan that was taken in.
     cells: Vec<Particle>,
     hypotheses: Vec<Hypothesis>,
     quality: PoseQuality,
-    /// Of the last scans at the likeliest place; none before the first.
+    /// Agreement of the last scans with the map at the likeliest place; `None` before the first.
     agreement: Option<f64>,
-    /// Times in a row that the likeliest place passed.
+    /// How many times in a row the likeliest place passed.
     passed: u32,
     fit: PriorMapFit,
 }

@@ -1,5 +1,5 @@
-//! The Kalman filter over lines and points: they are found in each scan, matched to the walls,
-//! corners and posts known so far, and correct them and the pose.
+//! The extended Kalman filter over lines and points: it finds them in each scan, matches them to
+//! the walls, corners and posts known so far, and corrects these and the pose by them.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
 use crate::estimation::{EkfSlam, Landmark, PointLandmark, SweepSmoother, SweepTiming};
@@ -24,12 +24,12 @@ pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError
 #[derive(Debug)]
 struct LineEkf {
     extractor: LineExtractor,
-    /// Of the last scan.
+    /// The lines of the last scan.
     features: Vec<LineFeature>,
-    /// The same; none where they are no landmarks.
+    /// The points of the last scan; empty if points are not used as landmarks.
     points: Vec<PointFeature>,
     ekf: EkfSlam,
-    /// After the last scan.
+    /// The walls after the last scan.
     landmarks: Vec<Landmark>,
     point_landmarks: Vec<PointLandmark>,
     smoother: SweepSmoother,

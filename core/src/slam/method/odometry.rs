@@ -11,7 +11,7 @@ pub(super) fn begin(_: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError> {
 
 #[derive(Debug, Default)]
 struct DeadReckoning {
-    /// Since the start.
+    /// The motion since the start.
     motion: Option<Odometry>,
 }
 

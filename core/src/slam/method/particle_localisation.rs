@@ -24,7 +24,7 @@ pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError
 #[derive(Debug)]
 struct ByParticles {
     localiser: MonteCarlo,
-    /// After the last scan.
+    /// The hypotheses after the last scan.
     hypotheses: Vec<Hypothesis>,
     fit: PriorMapFit,
 }

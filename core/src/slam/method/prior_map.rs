@@ -1,8 +1,8 @@
 //! Localisation in a prior map, by its lines or by whole scans.
 //!
-//! Whole scans are followed by matching, which is exact; beside it particles watch whether the
-//! robot is where it is believed to be, and find it in all of the map where it is not, or where
-//! nobody knows where it begins.
+//! Whole scans are followed by scan matching, which is exact. Beside it particles watch whether the
+//! robot is where it is believed to be. If it is not, or if its start is unknown, they search the
+//! whole map for it.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
 use crate::estimation::{
@@ -50,7 +50,7 @@ struct InPriorMap {
     state: RobotState,
     localiser: Localiser,
     extractor: LineExtractor,
-    /// Of the last scan.
+    /// The lines of the last scan.
     features: Vec<LineFeature>,
     fit: PriorMapFit,
 }
@@ -61,20 +61,20 @@ enum Localiser {
     Surfaces(Box<Watched>),
 }
 
-/// A robot that is followed by matching, with particles that watch.
+/// A robot that is followed by scan matching, with particles that watch.
 #[derive(Debug)]
 struct Watched {
     matching: ScanLocaliser,
     particles: MonteCarlo,
-    /// After the last scan.
+    /// The hypotheses after the last scan.
     hypotheses: Vec<Hypothesis>,
     /// Whether the robot's place in the map was ever known.
     is_placed: bool,
-    /// How the last scan fits; `None` where it does not, or was not matched.
+    /// How the last scan fits; `None` if it does not, or was not matched.
     fit: Option<ScanFit>,
 }
 
-/// Matching and particles that are apart by more than this, m and rad, mean different places.
+/// If matching and particles differ by more than this, m and rad, they mean different places.
 const APART: [f64; 2] = [0.5, 0.3];
 
 impl Watched {
@@ -82,8 +82,8 @@ impl Watched {
         self.particles.quality().localisation == Localisation::Localised
     }
 
-    /// `turned`: variance of the heading that odometry gathered since the scan was taken, in the
-    /// mean, rad².
+    /// `turned`: mean variance of the heading that odometry accumulated since the beams of the scan
+    /// were taken, rad².
     fn update(&mut self, state: &mut RobotState, points: &Points, turned: f64) {
         self.particles.update(points);
         self.hypotheses = self.particles.hypotheses().collect();
@@ -94,7 +94,7 @@ impl Watched {
             self.matching.restart(state, &found);
         }
         self.is_placed |= self.is_sure();
-        // A map that fits badly may be followed all the same; but only from a place in it.
+        // A map that fits badly may be followed nevertheless, but only from a known place in it.
         self.fit = None;
         if self.is_placed {
             let surfaces = oriented_points(points);

@@ -1,5 +1,5 @@
-//! Scan matching. It keeps keyframes, and redraws the map where a closed loop moves them, so
-//! that map and trajectory are its own.
+//! Scan matching. It keeps keyframes, and redraws the map when a loop closure moves them, so it has
+//! a map and a trajectory of its own.
 
 use super::{EarlierMap, Estimator, PreparedScan, SlamConfig, SlamError, View};
 use crate::estimation::ScanMatcher;

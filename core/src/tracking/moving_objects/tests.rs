@@ -1,4 +1,4 @@
-//! A lidar of 360 beams in a room of 8 by 8 m with a pillar, whose map grows as it is seen.
+//! A lidar of 360 beams in a room of 8 by 8 m with a pillar, whose map grows with each scan.
 
 use super::*;
 use crate::geom::unit_vector;
@@ -42,7 +42,7 @@ fn sweep(pose: &Pose2, person: Option<Disc>, number: usize) -> Points {
     }
 }
 
-/// A run in which the true pose is known but for `error`, and what came of it.
+/// A run in which the true pose is known except for `error`, and its results.
 struct Run {
     moving: MovingObjects,
     grid: Grid,
@@ -60,8 +60,8 @@ impl Run {
         }
     }
 
-    /// Takes a scan after a step, placed wrongly by `error`; numbers of the beams that were taken
-    /// out.
+    /// Takes a scan after a step, placed wrongly by `error`; returns the numbers of the beams that
+    /// were taken out.
     fn step(&mut self, step: &Pose2, person: Option<Disc>, error: &Pose2) -> Vec<usize> {
         self.pose = self.pose * *step;
         let mut points = sweep(&self.pose, person, self.number);
@@ -91,7 +91,7 @@ impl Run {
     }
 }
 
-/// As it is, and what moves is kept out.
+/// The defaults, and moving objects are kept out.
 fn keeping_out() -> TrackingConfig {
     TrackingConfig {
         keeps_out: true,
@@ -187,7 +187,7 @@ fn what_was_put_down_is_mapped_and_who_stops_is_later() {
     for _ in 0..40 {
         assert_eq!(run.step(&still, Some((2.0, 1.0, 0.2)), &still), [0; 0]);
     }
-    // Seen from the sensor at the origin.
+    // As seen from the sensor at the origin.
     let front = Vector2::new(2.0, 1.0).normalize() * (5.0_f64.sqrt() - 0.2);
     assert!(run.is_occupied(front.x, front.y));
 
