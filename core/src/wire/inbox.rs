@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-/// What became of the bytes that a decoder took. Invariant: `bytes` = those of frames + `discarded`
-/// + those that wait.
+/// What became of the bytes that a decoder took. Invariant: `bytes` is the sum of those of frames,
+/// `discarded`, and those that wait.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Bytes taken in.

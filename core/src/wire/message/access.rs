@@ -18,8 +18,8 @@ const SIGNED: &[u8] = b"slamlab signed messages 1";
 /// Proves to the holder of the [`Verifier`] that the sender has the token.
 ///
 /// The token never crosses the network, and the proof is of no use on another connection, because
-/// that has another challenge. With `client = HMAC-SHA-256(token, "slamlab bridge 2")` and `stored
-/// = SHA-256(client)`, the proof is `client xor HMAC-SHA-256(stored, challenge)`.
+/// that has another challenge. With `client = HMAC-SHA-256(token, "slamlab bridge 2")` and
+/// `stored = SHA-256(client)`, the proof is `client xor HMAC-SHA-256(stored, challenge)`.
 ///
 /// # Source    RFC 5802 §3 (SCRAM), without salt and iterations: they protect passwords that can be
 /// guessed, and a token is random.
