@@ -68,7 +68,7 @@ pub enum Action {
     SendAll(FromBridge),
     /// End this client's connection with this code.
     Close(ClientId, u16),
-    /// Begin the bridge's own map anew, as this client asked, which has the right to. A bridge
+    /// Begin the bridge's own map anew: this client asked for it and has the right to. A bridge
     /// without a map refuses.
     ResetMap(ClientId),
     /// Store the geofence that this client set.

@@ -24,7 +24,7 @@ use crate::wire::message::{DeviceState, LinkState};
 
 use revolution::{Figures, Revolutions, Sample};
 
-/// Longest time without data, s. These sensors send some hundred packets a second.
+/// Longest time without data, s. These sensors send some hundred pieces a second.
 pub(super) const SILENCE: f64 = 1.0;
 /// Longest time without a whole turn, s. The slowest of these sensors turns at 1 Hz, and a motor
 /// needs about 2 s after power-on.

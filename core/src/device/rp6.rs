@@ -348,7 +348,7 @@ impl Device for Rp6 {
     }
 
     fn order(&mut self, order: Order, now: Stamp) {
-        // Bytes that arrived before the order are processed first: the robot may be gone.
+        // What happened before the order is processed first: the robot may be gone.
         self.collect(now);
         match order {
             Order::Command(command) => self.command(&command, now),

@@ -30,10 +30,10 @@
 //!    figures, and a challenge.
 //! 3. Within 2 s the client answers [`ToBridge::Hello`]. If it has a token (the page has it from
 //!    the fragment of its address, `#token=…`), the answer holds a [`proof`] made of challenge and
-//!    token. [`FromBridge::Welcome`] gives the client's name and what it may do ([`Role`]): without
-//!    a token it watches and never drives. The bridge ends the connection after a wrong proof or no
-//!    answer in time ([`close::ACCESS`]), if the schemas differ ([`close::OTHER_SCHEMA`]), and at
-//!    any time if the right is taken away ([`close::REVOKED`]).
+//!    token. [`FromBridge::Welcome`] names the client's right and what it may do ([`Role`]):
+//!    without a token it watches and never drives. The bridge ends the connection after a wrong
+//!    proof or no answer in time ([`close::ACCESS`]), if the schemas differ
+//!    ([`close::OTHER_SCHEMA`]), and at any time if the right is taken away ([`close::REVOKED`]).
 //! 4. Streams follow, newest first: a slow client gets fewer scans and readings, and learns how
 //!    many it missed ([`FromBridge::Heartbeat`]). Odometry is never dropped but joined, so a later
 //!    message then covers a longer time. If its `from` is not the `to` before, the robot's clock
@@ -43,8 +43,8 @@
 //! 6. To drive: [`ToBridge::Take`], answered by [`FromBridge::Granted`] with an epoch; then
 //!    [`ToBridge::Arm`]; then, as long as a key is held, [`ToBridge::Drive`] at 20 Hz. A leg or a
 //!    turn that takes longer is kept alive by [`ToBridge::Hold`] until [`FromBridge::Manoeuvre`]
-//!    says that it is over. 200 ms without Drive or Hold stop the robot; 2 s without either, or
-//!    [`ToBridge::Renew`], end the lease. Taking a lease from another client stops the robot first
+//!    says that it is over. 200 ms without Drive or Hold stop the robot; 2 s without Drive, Hold or
+//!    [`ToBridge::Renew`] end the lease. Taking a lease from another client stops the robot first
 //!    and ends that client's connection ([`close::TAKEN_OVER`]).
 //! 7. Every driving message names the newest bridge time (`micros` of any header) that its sender
 //!    had seen, and how old that may be. So the network's delay counts in both directions, and the

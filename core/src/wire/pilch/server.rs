@@ -3,10 +3,9 @@
 //! In: datagrams with their sender's address, the lidar's state and readings, the time. Out:
 //! [`ServerEvent`]s.
 //!
-//! 1. The first `HELLO` makes its sender the client. Nobody else is heard until it is silent for
-//!    [`PATIENCE`] seconds; then the lidar is stopped.
-//! 2. Datagrams of the client beyond `MOST_PER_SECOND` a second are dropped; so are greetings of
-//!    all others together.
+//! 1. The first `HELLO` makes its sender the client. Nobody else is heard until it has sent no
+//!    heartbeat for [`PATIENCE`] seconds; then the lidar is stopped.
+//! 2. Datagrams beyond `MOST_PER_SECOND` a second, of all senders together, are dropped.
 //! 3. A path that is not in the list is refused, and state 4 says so.
 //! 4. Readings are kept in order, the newest [`MOST_READINGS`]. At the interval that the client
 //!    asked for, as many are sent as it asked for.

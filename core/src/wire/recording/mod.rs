@@ -77,7 +77,7 @@ pub struct Recorded {
 /// Both directions are in one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Said {
-    /// To all clients connected.
+    /// To the clients connected.
     ByBridge(FromBridge),
     /// To the robot, as the message that would have caused it.
     ToRobot(ToBridge),

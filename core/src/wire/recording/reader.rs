@@ -16,7 +16,7 @@ static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 const HEAD: usize = 9;
 /// Channel, sequence and two times of a message.
 const MESSAGE_HEAD: usize = 22;
-/// We write no longer records; one that claims to be longer is damaged.
+/// Our records are never longer; one that claims to be is damaged.
 const LONGEST: u64 = 64 << 20;
 /// Bytes that identify one of our messages: heads of record and message, magic number and protocol.
 const SIGN: usize = HEAD + MESSAGE_HEAD + MESSAGE_SIGN.len();
