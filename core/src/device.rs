@@ -1,19 +1,19 @@
 //! Devices on lines, and the rules that keep a robot safe, without I/O, thread or clock.
 //!
-//! In: bytes of a line, what somebody who drives asks for, and the time. Out: bytes for the line,
-//! and what robot and sensors say.
+//! In: the bytes of a line, what a driver asks for, and the time. Out: bytes for the line, and what
+//! robot and sensors report.
 //!
 //! | module | what it holds |
 //! |---|---|
 //! | [`source`] | what robots and sensors report, and the orders they take |
-//! | [`KINDS`] | the devices that there are, a row for each |
+//! | [`KINDS`] | the table of device kinds, one row each |
 //! | [`Device`] | what is at the other end of a line: [`Rp6`], and each [`Lidar`] |
 //! | [`safety`] | whether the robot may move, and by whom |
 //! | [`hub`] | all rules and state of a bridge, between sources and clients |
 //! | [`LocalBridge`] | a hub with its devices and one client: a page that opened the ports itself |
 //!
-//! The bridge gives each line two threads and each client a queue; a page with Web Serial has the
-//! lines and is the only client. Both run the same hub.
+//! In the bridge, each line has two threads and each client a queue. A page with Web Serial owns
+//! the lines and is the only client. Both run the same hub.
 
 pub mod hub;
 mod kind;
@@ -39,8 +39,8 @@ use ld06::Ld06;
 use lidar::LidarProtocol as _;
 use rplidar::{Rplidar, ScanMode};
 
-/// The devices that there are. Everything that opens, lists, finds or explains devices goes
-/// through this table; a device that stands here is everywhere.
+/// All kinds of device. Everything that opens, lists, finds or explains devices goes through this
+/// table, so a new row makes a device known everywhere.
 pub const KINDS: [Kind; 4] = [
     Kind {
         name: "rp6",

@@ -1,19 +1,19 @@
 //! The hub: where robot, sensors and clients meet, without I/O, thread or clock.
 //!
-//! In: events of the sources, messages of the clients, and the time. Out: [`Action`]s, to be done
-//! in their order. The bridge's task and [`super::LocalBridge`] do them; no rule stands in either.
+//! In: events of the sources, messages of the clients, and the time. Out: [`Action`]s, to be
+//! carried out in order. The bridge's task and [`super::LocalBridge`] carry them out; neither holds
+//! any rule.
 //!
-//! 1. An event goes to the checks of the robot's readings, which may disarm it or correct what is
-//!    under way; then to every client.
-//! 2. A message goes to the rules ([`Safety`]). What they say becomes actions: orders, limited by
-//!    safe mode; answers to the client; the new state for all.
-//! 3. Whoever gave a manoeuvre learns when it is over, whatever ends it (`manoeuvre.rs`).
-//! 4. Of a bridge that maps ([`Hub::maps`]), commands are limited to its geofence, too
-//!    (`fence.rs`).
+//! 1. An event first goes through the checks of the robot's readings, which may disarm the robot or
+//!    correct the command under way; then it goes to every client.
+//! 2. A message goes to the rules ([`Safety`]). Their outputs become actions: orders, limited by
+//!    safe mode; answers to the client; the new state for everyone.
+//! 3. The client that gave a manoeuvre learns when it is over, however it ends (`manoeuvre.rs`).
+//! 4. If the bridge maps ([`Hub::maps`]), commands are also limited to its geofence (`fence.rs`).
 //! 5. [`Hub::tick`] is due at [`Hub::deadline`]: for the watchdog, the lease, a robot that falls
 //!    silent, and heartbeats.
 //!
-//! Time counts from any beginning and never runs backwards.
+//! Time starts anywhere and never runs backwards.
 
 mod device_list;
 mod fence;
@@ -39,17 +39,17 @@ use fence::Fence;
 use manoeuvre::Manoeuvre;
 use robot_side::RobotSide;
 
-/// Between two heartbeats to each client.
+/// Interval of heartbeats to each client.
 const HEARTBEAT: Duration = Duration::from_secs(1);
-/// Between two heartbeats to the driver, whose messages must say what it had seen.
+/// Interval of heartbeats to the driver, whose messages must name the bridge time last seen.
 const DRIVER_HEARTBEAT: Duration = Duration::from_millis(100);
-/// Whoever stops the robot without a connection; clients count from 1.
+/// Sender of a stop that comes without a connection; clients count from 1.
 const NOBODY: Client = Client {
     id: 0,
     role: Role::Watcher,
 };
 
-/// What is to be done.
+/// What the owner of the hub is to do.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Give the robot's source this order.
@@ -61,24 +61,24 @@ pub enum Action {
         /// Counts orders, from 1; [`SourceEvent::Busy`] refers to it.
         number: u64,
     },
-    /// Send this to one client. Whoever queues messages fills in how many readings the client
+    /// Send this to one client. The code that queues messages fills in how many readings the client
     /// missed ([`BridgeHeartbeat::dropped`]).
     Send(ClientId, FromBridge),
     /// Send this to every client.
     SendAll(FromBridge),
     /// End this client's connection with this code.
     Close(ClientId, u16),
-    /// Begin the bridge's own map anew, as this client asked, who may; where there is none, it is
-    /// refused.
+    /// Begin the bridge's own map anew: this client asked for it and has the right to. A bridge
+    /// without a map refuses.
     ResetMap(ClientId),
-    /// Keep the geofence, which this client set.
+    /// Store the geofence that this client set.
     KeepGeofence(ClientId, Vec<ZoneBody>),
 }
 
 /// A client that was let in.
 #[derive(Clone, Debug)]
 struct Connected {
-    /// As others see it.
+    /// Its name as other clients see it.
     name: String,
     role: Role,
     /// A part of the bridge itself.
@@ -94,18 +94,18 @@ pub struct Hub {
     clients: BTreeMap<ClientId, Connected>,
     last_client: ClientId,
     manoeuvre: Option<Manoeuvre>,
-    /// The state that everybody was told last.
+    /// The state as last sent to everyone.
     told: SafetyBody,
-    /// Orders so far.
+    /// Number of orders so far.
     orders: u64,
-    /// The robot was armed until the link to its driver was lost or the lease taken, and nobody
-    /// stopped it since: a part of the bridge may go on with it.
+    /// The robot was armed until its driver was lost or the lease taken over, and nobody has
+    /// stopped it since: a part of the bridge may arm it and go on.
     may_go_on: bool,
-    /// Number of the newest order since a message came, if it is a manoeuvre.
+    /// Number of the newest order since the last message, if that order is a manoeuvre.
     ordered_manoeuvre: Option<u64>,
-    /// Zones of a geofence, while the message that brought them is obeyed.
+    /// Zones of a new geofence, while the message that brought them is processed.
     asked_zones: Vec<ZoneBody>,
-    /// How the robot stands to its fence, as everybody was told last.
+    /// The state of the fence as last sent to everyone.
     told_fence: FenceState,
     next_heartbeat: Duration,
     next_driver_heartbeat: Duration,
@@ -113,8 +113,8 @@ pub struct Hub {
 }
 
 impl Hub {
-    /// Of these sources, by their numbers; the first with a robot takes the orders. It is disarmed,
-    /// and no client is there.
+    /// A hub for these sources, by their numbers; the first with a robot takes the orders. At first
+    /// the robot is disarmed and no client is connected.
     #[must_use]
     pub fn new(sources: &[&Profile]) -> Self {
         Self {
@@ -141,7 +141,7 @@ impl Hub {
         self.actions.pop_front()
     }
 
-    /// When [`Hub::tick`] is due, if nothing happens before.
+    /// When [`Hub::tick`] is due, if nothing else happens first.
     #[must_use]
     pub fn deadline(&self) -> Duration {
         let driver = self.safety.driver().map(|_| self.next_driver_heartbeat);
@@ -203,12 +203,12 @@ impl Hub {
         }
     }
 
-    /// Lets a client in that calls itself `name`; its number, never used again.
+    /// Lets in a client that calls itself `name`; returns its number, which is never used again.
     pub fn join(&mut self, name: String, right: Right) -> ClientId {
         self.let_in(name, right, false)
     }
 
-    /// The same for a part of the bridge itself, which counts as no client.
+    /// The same for a part of the bridge itself, which is not counted as a client.
     pub fn join_own(&mut self, name: String, right: Right) -> ClientId {
         self.let_in(name, right, true)
     }
@@ -217,7 +217,7 @@ impl Hub {
         self.last_client += 1;
         let client = self.last_client;
         let role = right.role;
-        // Whose right it is counts more than what a client says of itself.
+        // The name of the right, which the owner gave, counts more than the client's own name.
         let seen = match right.name.as_str() {
             "" => name,
             whose => format!("{whose} ({name})"),
@@ -262,14 +262,14 @@ impl Hub {
         }
     }
 
-    /// How many clients are there.
+    /// Number of clients connected.
     #[must_use]
     pub fn client_count(&self) -> usize {
         let clients = self.clients.values();
         clients.filter(|client| !client.is_own).count()
     }
 
-    /// Takes a message of a client, which came at `came`.
+    /// Takes a client's message, which arrived at `came`.
     pub fn message(
         &mut self,
         now: Duration,
@@ -316,20 +316,20 @@ impl Hub {
         }
     }
 
-    /// Why a robot that could be armed is not to be.
+    /// The reason not to arm the robot, although the rules would allow it.
     fn keeps_from_arming(
         &self,
         now: Duration,
         id: ClientId,
         asked: &ToBridge,
     ) -> Option<RefusalReason> {
-        // Who has no lease is told that, whatever else is wrong.
+        // A client without the lease gets that answer, whatever else is wrong.
         if !matches!(asked, ToBridge::Arm { .. }) || self.safety.driver() != Some(id) {
             return None;
         }
         let is_own = self.clients.get(&id).is_some_and(|client| client.is_own);
         match () {
-            // Whatever else disarmed it, a person or a fault, is for a person to undo.
+            // After a stop by a person or a fault, only a person may arm it again.
             () if is_own && !self.may_go_on => Some(RefusalReason::Stopped),
             () if self.safety.is_armed() => None,
             () if self.robot.plausible.is_empty(now) => Some(RefusalReason::BatteryLow),
@@ -341,7 +341,7 @@ impl Hub {
         }
     }
 
-    /// Gives a client another right, or takes it; without one it watches on.
+    /// Gives a client another role, or takes its right away; without one it goes on watching.
     pub fn give(&mut self, now: Duration, client: ClientId, role: Role) {
         let Some(connected) = self.clients.get_mut(&client) else {
             return;
@@ -352,8 +352,8 @@ impl Hub {
         }
     }
 
-    /// A person at the machine itself stops the robot; with `cut_off` its motors are cut off and
-    /// stay so.
+    /// A person at the machine itself stops the robot; with `cut_off` the motors are cut off and
+    /// stay off.
     pub fn stop(&mut self, now: Duration, cut_off: bool) {
         let stop = match cut_off {
             true => ToBridge::EmergencyStop,
@@ -362,19 +362,18 @@ impl Hub {
         self.rule(now, Input::Asks(NOBODY, 0, stop));
     }
 
-    /// Sends everybody a sentence.
+    /// Sends everyone a sentence.
     pub fn notify(&mut self, severity: Severity, text: String) {
         let notice = FromBridge::Notice(Notice { severity, text });
         self.actions.push_back(Action::SendAll(notice));
     }
 
-    /// The bridge ends: the robot is stopped.
+    /// The bridge shuts down: the robot is stopped.
     pub fn shut_down(&mut self, now: Duration) {
         self.rule(now, Input::Shutdown);
     }
 
-    /// A robot that stands disarmed may be pushed about by hand: nothing that it reports is a fault
-    /// then.
+    /// A disarmed robot may be pushed about by hand, so nothing that it reports then is a fault.
     fn fault(&mut self, now: Duration, reason: DisarmReason) {
         if self.safety.is_armed() {
             self.rule(now, Input::Fault(reason));
@@ -382,7 +381,7 @@ impl Hub {
         }
     }
 
-    /// Lets the rules take something, and does what they say.
+    /// Passes an input to the rules and carries out their outputs.
     fn rule(&mut self, now: Duration, input: Input) {
         let asker = match &input {
             Input::Asks(client, ..) if client.role.may_drive() => Some(client.id),
@@ -418,12 +417,12 @@ impl Hub {
         }
     }
 
-    /// The bridge maps: its robot may have a geofence in that map.
+    /// Called if the bridge maps: its robot may have a geofence in that map.
     pub fn maps(&mut self) {
         self.robot.fence = self.robot.model().map(Fence::new);
     }
 
-    /// Takes where the mapper found the robot.
+    /// Takes the pose at which the mapper found the robot.
     pub fn pose(&mut self, now: Duration, body: &PoseBody) {
         let correction = self.robot.pose(body);
         if let Some(command) = correction.filter(|_| self.safety.is_armed()) {
@@ -432,9 +431,9 @@ impl Hub {
         self.watch_fence(now);
     }
 
-    /// Where the robot may be in the map, from here on; without zones, everywhere.
+    /// Sets where the robot may be in the map from now on; without zones, everywhere.
     ///
-    /// # Errors    [`GeofenceError`]; the fence before stays.
+    /// # Errors    [`GeofenceError`]; the previous fence stays in force.
     pub fn fence_in(&mut self, now: Duration, zones: &[ZoneBody]) -> Result<(), GeofenceError> {
         let geofence = fence_of(zones)?;
         if let Some(fence) = &mut self.robot.fence {
@@ -460,7 +459,8 @@ impl Hub {
         self.actions.push_back(Action::KeepGeofence(client, zones));
     }
 
-    /// A map that begins anew has no fence any more: who may not take it away may not do that.
+    /// A new map has no fence: a client that may not remove the fence may not begin a new map
+    /// either.
     fn is_fenced_against(&self, client: ClientId) -> bool {
         let fence = self.robot.fence.as_ref();
         let is_fenced = fence.is_some_and(|fence| !fence.fence().is_empty());
@@ -469,7 +469,7 @@ impl Hub {
         is_fenced && !role.unwrap_or_default().may(&lifts)
     }
 
-    /// Disarms a robot that has left its fence, and tells everybody how it stands to that.
+    /// Disarms a robot that has left its fence, and tells everyone when the fence's state changes.
     fn watch_fence(&mut self, now: Duration) {
         let Some(fence) = &mut self.robot.fence else {
             return;
@@ -482,7 +482,7 @@ impl Hub {
         let body = GeofenceBody::new(fence.fence(), state);
         self.actions
             .push_back(Action::SendAll(FromBridge::Geofence(body)));
-        // Who armed it outside drives it back.
+        // Only leaving counts: a robot that was armed outside may be driven back.
         let has_left = state == FenceState::Outside && before != FenceState::Off;
         match state {
             _ if has_left => self.fault(now, DisarmReason::Geofence),
@@ -505,8 +505,8 @@ impl Hub {
         )
     }
 
-    /// Tells everybody the state, if it is another than they know; else only a driver who asked for
-    /// it, and waits for an answer.
+    /// Sends the state to everyone if it has changed; otherwise only to a driver who asked for
+    /// something and waits for an answer.
     fn tell_state(&mut self, asker: Option<ClientId>) {
         let state = self.state();
         if state != self.told {
@@ -558,8 +558,8 @@ impl Hub {
     }
 }
 
-/// What a bridge says first, to a client and at the head of a recording. `challenge` is that of the
-/// connection.
+/// What a bridge says first, to a client and at the head of a recording. `challenge` is drawn for
+/// the connection.
 #[must_use]
 pub fn hello(
     challenge: [u8; CHALLENGE_BYTES],
@@ -577,7 +577,7 @@ pub fn hello(
     }
 }
 
-/// What a person reads of a fault: cause and cure.
+/// A fault in words for a person: cause and cure.
 fn sentence(reason: DisarmReason) -> &'static str {
     match reason {
         DisarmReason::Bumper => {

@@ -1,7 +1,8 @@
-//! What everybody has to know of a kind of device: a row of [`KINDS`](super::KINDS).
+//! What the rest of the program needs to know about a kind of device: a row of
+//! [`KINDS`](super::KINDS).
 //!
-//! Command line, `bridge.toml`, doctor, Web Serial and page go through the rows and know no device
-//! by name.
+//! Command line, `bridge.toml`, doctor, Web Serial and page iterate over the rows and know no
+//! device by name.
 
 use super::line::Device;
 use crate::geom::Pose2;
@@ -13,7 +14,7 @@ pub struct Kind {
     pub name: &'static str,
     /// As people call it.
     pub title: &'static str,
-    /// What it is good for, in a sentence or two.
+    /// What it does, in a sentence or two.
     pub about: &'static str,
     /// Whether it drives or only sees.
     pub role: Role,
@@ -21,16 +22,16 @@ pub struct Kind {
     pub baud_rate: u32,
     /// How it is recognised at a port.
     pub probe: Probe,
-    /// Adapters that usually come with it. It works behind any other as well.
+    /// USB adapters that usually come with it. It works with any other as well.
     pub adapters: &'static [UsbAdapter],
-    /// The device: its name in logs and messages, and where a lidar sits on the robot.
+    /// Makes the device, from its name in logs and messages and the pose of a lidar on the robot.
     pub open: fn(String, Pose2) -> Box<dyn Device>,
 }
 
-/// What a device does for whoever maps.
+/// What a device does for a robot that maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
-    /// It drives and counts; it may see as well. It knows itself where its sensors sit.
+    /// It drives and has odometry; it may see as well. It knows where its own sensors sit.
     Robot,
     /// It sees, wherever it was mounted.
     Lidar,
@@ -39,21 +40,21 @@ pub enum Role {
 /// How a device is recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Probe {
-    /// It speaks unasked: one listens.
+    /// It sends data unasked: listening is enough.
     Listen,
     /// It answers when it is asked.
     Ask,
-    /// It is the device of another row, measuring in another way: it cannot be distinguished from
-    /// that one, and is only had by name.
+    /// It is the device of another row in another mode of measurement. It cannot be told apart from
+    /// that one, and is only opened by name.
     ByName,
 }
 
 /// A USB-to-serial chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UsbAdapter {
-    /// Vendor's number.
+    /// USB vendor number.
     pub vendor: u16,
-    /// Product's number.
+    /// USB product number.
     pub product: u16,
     /// What is printed on it.
     pub chip: &'static str,
@@ -80,9 +81,9 @@ impl Kind {
         super::KINDS.iter().find(|kind| kind.name == name)
     }
 
-    /// Kinds that can be distinguished, in the order in which a port is to be tried: robots first,
-    /// for opening may have reset one, and its boot loader must hear nothing foreign; then those
-    /// that need not be asked.
+    /// Kinds that can be told apart, in the order in which to try them at a port. Robots come
+    /// first, because opening the port may have reset one, and its boot loader must hear nothing
+    /// foreign; then those that need not be asked.
     #[must_use]
     pub fn in_order_of_trial() -> Vec<&'static Self> {
         let mut kinds: Vec<_> = Self::distinct().collect();
@@ -90,14 +91,14 @@ impl Kind {
         kinds
     }
 
-    /// Kinds that are different devices.
+    /// One kind for each different device.
     pub fn distinct() -> impl Iterator<Item = &'static Self> {
         let all = super::KINDS.iter();
         all.filter(|kind| kind.probe != Probe::ByName)
     }
 }
 
-/// Kinds are the same where their names are.
+/// Two kinds are equal if their names are.
 impl PartialEq for Kind {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name

@@ -1,9 +1,9 @@
-//! An LDROBOT LD06 or LD19: it only speaks, so there is nothing to bring up.
+//! An LDROBOT LD06 or LD19: it only sends, so it needs no start sequence.
 //!
-//! 1. A packet's last reading was taken when the packet came; those before it each as much earlier
-//!    as its spacing takes at the speed that it tells.
+//! 1. The last reading of a packet counts as taken when the packet arrived. Each one before it was
+//!    taken earlier by the time that its spacing takes at the speed given in the packet.
 //! 2. Silence, bytes that are no packets, and a head that stands still (speed 0, or no whole turn)
-//!    are faults; they end by themselves with the next whole turn.
+//!    are faults. They end by themselves with the next whole turn.
 
 use crate::device::lidar::revolution::Figures;
 use crate::device::lidar::{LidarProtocol, Output};
@@ -16,37 +16,37 @@ use crate::wire::message::DeviceState;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Ld06Fault {
-    /// Not a byte came.
+    /// No byte arrived.
     #[error(
         "the LD06 is silent: no power, or its data line (TX) is loose; check the plug and the 5 V supply"
     )]
     Silent,
-    /// Bytes came, but no packet.
+    /// Bytes arrived, but no packet.
     #[error(
         "{bytes} bytes came, but no packet of an LD06: wrong baud rate or another device; it speaks at {} baud",
         Ld06::BAUD_RATE
     )]
     NotUnderstood {
-        /// How many bytes came.
+        /// Number of bytes that arrived.
         bytes: u64,
     },
-    /// Packets come, but no whole turn.
+    /// Packets arrive, but no whole turn.
     #[error(
         "the LD06 sends packets but no whole turn: its motor stands still; check its PWM line and that the head is free"
     )]
     DoesNotTurn,
 }
 
-/// What is peculiar to an LD06. Its motor runs while it has power.
+/// What is specific to an LD06. Its motor runs as long as it has power.
 #[derive(Debug, Default)]
 pub struct Ld06 {
     decoder: Decoder,
-    /// What had come when a whole turn was begun to be waited for.
+    /// The byte counts when waiting for a whole turn began.
     before: Tally,
 }
 
 impl Ld06 {
-    /// Tells in which way it does not turn.
+    /// Says why no whole turn arrives.
     fn fault(&self, is_silent: bool) -> Ld06Fault {
         let (tally, before) = (self.decoder.tally(), self.before);
         if is_silent {
@@ -63,7 +63,7 @@ impl Ld06 {
 impl LidarProtocol for Ld06 {
     const BAUD_RATE: u32 = 230_400;
 
-    /// LD06 and LD19: 0.02 to 12 m, σ 10 mm near, ±45 mm at most (development manual v2.3).
+    /// LD06 and LD19: 0.02 to 12 m, σ 10 mm near, at most ±45 mm (development manual v2.3).
     const FIGURES: Figures = Figures {
         min_range: 0.02,
         max_range: 12.0,
@@ -110,7 +110,7 @@ impl LidarProtocol for Ld06 {
     }
 }
 
-/// Seconds from one reading to the next; 0 where the head stands still.
+/// Seconds from one reading to the next; 0 if the head stands still.
 fn interval(packet: &Packet) -> f64 {
     if packet.speed == 0 {
         0.0
@@ -119,7 +119,7 @@ fn interval(packet: &Packet) -> f64 {
     }
 }
 
-/// Seconds of a packet's readings.
+/// Seconds that the readings of a packet take.
 fn duration(packet: &Packet) -> f64 {
     interval(packet) * READINGS as f64
 }

@@ -1,14 +1,14 @@
-//! What all turning lidars have in common: one [`Device`] over what is peculiar to each
+//! What all turning lidars have in common: one [`Device`] on top of what is specific to each
 //! ([`LidarProtocol`]).
 //!
 //! In: bytes of a line and the time. Out: scans, states and faults, as [`Want`]s.
 //!
-//! 1. The protocol reads the bytes, brings the sensor up where that is needed, and hands on single
+//! 1. The protocol reads the bytes, starts the sensor up if it needs that, and passes on single
 //!    readings (`Output::take`).
-//! 2. Readings become whole turns ([`revolution`]). Only a whole turn makes the sensor's state
-//!    [`DeviceState::Sending`], and ends a fault.
-//! 3. Silence for `SILENCE`, and no whole turn for `LONGEST_TURN`, are faults. Which one it is, and
-//!    what helps, the protocol says in its own words.
+//! 2. Readings become whole turns ([`revolution`]). Only a whole turn sets the sensor's state to
+//!    [`DeviceState::Sending`] and ends a fault.
+//! 3. Silence for `SILENCE` is a fault, and so is no whole turn for `LONGEST_TURN`. The protocol
+//!    says which one it is and what helps, in its own words.
 
 pub mod revolution;
 
@@ -27,30 +27,30 @@ use revolution::{Figures, Revolutions, Sample};
 /// Longest time without data, s. These sensors send some hundred pieces a second.
 pub(super) const SILENCE: f64 = 1.0;
 /// Longest time without a whole turn, s. The slowest of these sensors turns at 1 Hz, and a motor
-/// needs about 2 s from power on.
+/// needs about 2 s after power-on.
 pub(super) const LONGEST_TURN: f64 = 3.0;
 
-/// What is peculiar to a lidar: how it is brought up, and what its bytes mean.
+/// What is specific to a lidar: how it is started up, and what its bytes mean.
 pub trait LidarProtocol: fmt::Debug + Send + 'static {
     /// Baud rate of its line.
     const BAUD_RATE: u32;
 
-    /// Range and σ of the sensor, by its data sheet.
+    /// Range and σ of the sensor, from its data sheet.
     const FIGURES: Figures;
 
-    /// The line was opened: whatever was known of the sensor is forgotten.
+    /// The line was opened: the protocol forgets all that it knew of the sensor.
     fn opened(&mut self, output: &mut Output, now: Stamp);
 
-    /// Takes bytes as they come.
+    /// Takes bytes as they arrive.
     fn receive(&mut self, bytes: &[u8], output: &mut Output, now: Stamp);
 
-    /// Sees the time, at least every 50 ms.
+    /// Called with the current time, at least every 50 ms.
     fn tick(&mut self, output: &mut Output, now: Stamp);
 
-    /// Stops the sensor, where it can be stopped: the line is about to be closed.
+    /// Stops the sensor, if it can be stopped: the line is about to be closed.
     fn close(&mut self, _output: &mut Output, _now: Stamp) {}
 
-    /// What became of the bytes since the line was opened.
+    /// Counts of the bytes since the line was opened.
     fn tally(&self) -> Tally;
 }
 
@@ -63,7 +63,7 @@ pub struct Lidar<P> {
 }
 
 impl<P: LidarProtocol> Lidar<P> {
-    /// A lidar called `name`, as on the command line, that sits at this pose on the robot.
+    /// A lidar called `name`, as on the command line, mounted on the robot at this pose.
     #[must_use]
     pub fn new(name: impl Into<String>, protocol: P, robot_from_sensor: Pose2) -> Self {
         Self {
@@ -93,7 +93,7 @@ impl<P: LidarProtocol> Device for Lidar<P> {
     }
 
     fn order(&mut self, _: Order, _: Stamp) {
-        // It is no robot; nobody drives it.
+        // It is not a robot and takes no orders.
     }
 
     fn tick(&mut self, now: Stamp) {
@@ -115,17 +115,17 @@ impl<P: LidarProtocol> Device for Lidar<P> {
     }
 }
 
-/// What comes of a lidar: what it wants done, how it does, and its turns.
+/// Output of a lidar: what it wants done, its state, and its turns.
 #[derive(Debug)]
 pub struct Output {
     revolutions: Revolutions,
     pub(super) report: Report,
     state: DeviceState,
-    /// What stays true of a sensor that works.
+    /// A warning that stays true while the sensor works.
     warning: String,
-    /// When data last came.
+    /// When data last arrived.
     heard: Stamp,
-    /// When the last whole turn ended, or was begun to be waited for.
+    /// When the last whole turn ended, or waiting for one began.
     turned: Stamp,
 }
 
@@ -141,8 +141,8 @@ impl Output {
         }
     }
 
-    /// What was said last stays said until there is something else to say: a sensor in fault whose
-    /// line is opened again and again would else change all the time.
+    /// Keeps the state last reported until there is a new one: otherwise a sensor in fault whose
+    /// line is opened again and again would change state all the time.
     fn opened(&mut self, now: Stamp) {
         self.report.reopened();
         self.report.detail.clear();
@@ -160,7 +160,7 @@ impl Output {
         self.tell();
     }
 
-    /// Another state.
+    /// Changes the state.
     pub(super) fn enter(&mut self, state: DeviceState) {
         if self.state != state {
             self.state = state;
@@ -168,7 +168,7 @@ impl Output {
         }
     }
 
-    /// The sensor does not work; the fault says cause and cure.
+    /// The sensor does not work; the fault names cause and cure.
     pub(super) fn fail(&mut self, fault: &dyn fmt::Display) {
         self.report.detail = fault.to_string();
         self.state = DeviceState::Fault;
@@ -180,31 +180,30 @@ impl Output {
         self.state
     }
 
-    /// Data came.
+    /// Data arrived.
     pub(super) fn heard(&mut self, now: Stamp) {
         self.heard = now;
     }
 
-    /// From here on a whole turn is waited for, and the parts of the one before do not belong to
-    /// it.
+    /// Starts waiting for a whole turn; parts of the turn before do not belong to it.
     pub(super) fn watch(&mut self, now: Stamp) {
         self.revolutions.restart();
         self.turned = now;
     }
 
-    /// Whether no data came for too long.
+    /// Whether no data has arrived for too long.
     pub(super) fn is_silent(&self, now: Stamp) -> bool {
         now.since(self.heard) > SILENCE
     }
 
-    /// Whether no whole turn came for too long.
+    /// Whether no whole turn has arrived for too long.
     pub(super) fn does_not_turn(&self, now: Stamp) -> bool {
         now.since(self.turned) > LONGEST_TURN
     }
 
     /// Takes readings (angle in rad clockwise, range in m, quality) in the order in which they were
-    /// taken, each `interval` seconds after the one before it, the last at `end` (s). Whether a
-    /// turn ended with them.
+    /// taken, each `interval` seconds after the one before it, the last at `end` (s). Returns
+    /// whether a turn ended with them.
     pub(super) fn take(
         &mut self,
         readings: impl ExactSizeIterator<Item = (f64, f64, Option<u8>)>,

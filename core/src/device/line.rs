@@ -1,11 +1,11 @@
-//! What sits at the other end of a line, without any I/O.
+//! What is at the other end of a line, without any I/O.
 
 use crate::robot::Stamp;
 
 use crate::device::source::{Order, Profile, SourceEvent};
 
-/// A device at the other end of a line. Time counts on the bridge's clock, the same for all
-/// devices; stamps of what a device tells are on that clock too, whatever its own says.
+/// A device at the other end of a line. Time is the bridge's clock, the same for all devices. The
+/// stamps of what a device reports are on that clock too, whatever the device's own clock says.
 pub trait Device: Send + 'static {
     /// What it is.
     fn profile(&self) -> Profile;
@@ -13,25 +13,25 @@ pub trait Device: Send + 'static {
     /// Baud rate of its line.
     fn baud_rate(&self) -> u32;
 
-    /// The line was opened: whatever was known of the device is forgotten, and nothing may move.
+    /// The line was opened: all that was known of the device is forgotten, and nothing may move.
     fn opened(&mut self, now: Stamp);
 
-    /// Takes bytes as they come.
+    /// Takes bytes as they arrive.
     fn receive(&mut self, bytes: &[u8], now: Stamp);
 
     /// Takes an order.
     fn order(&mut self, order: Order, now: Stamp);
 
-    /// Sees the time, some hundred times a second.
+    /// Called with the current time, some hundred times a second.
     fn tick(&mut self, now: Stamp);
 
-    /// The bridge ends: what must still be said goes into the wants.
+    /// The bridge shuts down: bytes that must still be sent go into the wants.
     fn close(&mut self, now: Stamp);
 
-    /// The line broke, or could not be opened; `why` says cause and cure.
+    /// The line broke, or could not be opened; `why` names cause and cure.
     fn broken(&mut self, why: String);
 
-    /// The next thing that it wants done.
+    /// The next thing that the device wants done.
     fn next_want(&mut self) -> Option<Want>;
 }
 
@@ -40,11 +40,11 @@ pub trait Device: Send + 'static {
 pub enum Want {
     /// Write these bytes.
     Write(Vec<u8>),
-    /// Set (true) or clear DTR. A line without it (a plain UART) is not affected.
+    /// Set (true) or clear DTR. No effect on a line without it (a plain UART).
     Dtr(bool),
     /// Report this to the bridge.
     Report(SourceEvent),
-    /// All is well: the next time that the line breaks, it is tried again soon.
+    /// All is well: the next time the line breaks, it is soon reopened.
     Well,
     /// Close the line and start again after a pause.
     Reopen,
@@ -55,7 +55,7 @@ pub enum Want {
 /// How much a note of a device matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weight {
-    /// For somebody who searches for an error.
+    /// For somebody looking for an error.
     Detail,
     /// Good to know.
     Info,

@@ -1,17 +1,17 @@
-//! A bridge without network and threads, for one client in the same program: a page that opened the
+//! A bridge without network or threads, for one client in the same program: a page that opened the
 //! serial ports itself.
 //!
 //! In: bytes of the lines, messages of the client ([`crate::wire::message::ToBridge`]), and the
 //! time. Out: what the devices want done with their lines ([`Want`]), and messages for the client.
-//! Rules, state and messages are those of any bridge: a [`Hub`] has them.
+//! A [`Hub`] provides the same rules, state and messages as in any bridge.
 //!
-//! 1. Devices stand at lines by number, in the order given; the first with a robot takes the
+//! 1. Devices and their lines have numbers, in the order given; the first with a robot takes the
 //!    orders.
 //! 2. The client may drive and needs no token. [`LocalBridge::begin`] begins a new conversation and
-//!    ends the one before, which takes the lease with it.
-//! 3. What a device has to say in a log becomes a notice: the page's log is the only one.
+//!    ends the one before, and with it the lease.
+//! 3. What a device wants to log becomes a notice, because the page's log is the only one.
 //!
-//! Time counts from any beginning; all devices are on it.
+//! Time starts anywhere; it is the same for all devices.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -32,7 +32,7 @@ pub struct LocalBridge {
     lines: Vec<Line>,
     hub: Hub,
     hello: BridgeHello,
-    /// The client, once it has said hello; before, nothing but the bridge's hello is sent.
+    /// The client, once it has said hello; before that, only the bridge's hello is sent.
     client: Option<ClientId>,
     now: Duration,
     sequence: u32,
@@ -43,7 +43,7 @@ pub struct LocalBridge {
 struct Line {
     device: Box<dyn Device>,
     name: String,
-    /// A device at a closed line does not see the time: silence means nothing there.
+    /// A device at a closed line gets no ticks: silence means nothing there.
     is_open: bool,
     /// Number of the newest order.
     ordered: u64,
@@ -52,8 +52,8 @@ struct Line {
 }
 
 impl Line {
-    /// Gives an order. What the device wanted before still comes first, and counts as said before
-    /// the order.
+    /// Gives an order. What the device wanted before comes first, and counts as said before the
+    /// order.
     fn order(&mut self, order: Order, number: u64, now: Stamp) {
         while let Some(want) = self.want_of_device() {
             self.waiting.push_back(want);
@@ -76,7 +76,7 @@ impl Line {
 }
 
 impl LocalBridge {
-    /// These devices, by the numbers of their lines; nothing is open yet.
+    /// A bridge with these devices, numbered as their lines; no line is open yet.
     #[must_use]
     pub fn new(devices: Vec<Box<dyn Device>>) -> Self {
         let profiles: Vec<Profile> = devices.iter().map(|device| device.profile()).collect();
@@ -100,13 +100,13 @@ impl LocalBridge {
         }
     }
 
-    /// Baud rate of a line; none where there is no such line.
+    /// Baud rate of a line; none if there is no such line.
     #[must_use]
     pub fn baud_rate(&self, line: usize) -> Option<u32> {
         self.lines.get(line).map(|line| line.device.baud_rate())
     }
 
-    /// Says hello to a client that begins, or starts again.
+    /// Says hello to a client that connects, or starts again.
     pub fn begin(&mut self, now: Duration) {
         self.now = now;
         if let Some(client) = self.client.take() {
@@ -125,8 +125,8 @@ impl LocalBridge {
         });
     }
 
-    /// Bytes that came on a line at `came`, which is before now where somebody was busy meanwhile:
-    /// readings are dated by it.
+    /// Takes bytes that arrived on a line at `came`, which is before now if the program was busy
+    /// meanwhile; it dates the readings.
     pub fn received(&mut self, now: Duration, came: Duration, line: usize, bytes: &[u8]) {
         self.at(now, line, |line, stamp| {
             line.device.receive(bytes, stamp_of(came.min(now)));
@@ -134,7 +134,7 @@ impl LocalBridge {
         });
     }
 
-    /// A line broke, or could not be opened; `why` says cause and cure.
+    /// A line broke, or could not be opened; `why` names cause and cure.
     pub fn broken(&mut self, now: Duration, line: usize, why: &str) {
         self.at(now, line, |line, _| {
             line.is_open = false;
@@ -142,7 +142,7 @@ impl LocalBridge {
         });
     }
 
-    /// The lines are about to be closed: the robot is stopped by what the devices want next.
+    /// The lines are about to be closed: what the devices want next stops the robot.
     pub fn close(&mut self, now: Duration) {
         self.now = now;
         self.hub.shut_down(now);
@@ -152,7 +152,7 @@ impl LocalBridge {
         }
     }
 
-    /// Due some hundred times a second.
+    /// To be called some hundred times a second.
     pub fn tick(&mut self, now: Duration) {
         self.now = now;
         for line in self.lines.iter_mut().filter(|line| line.is_open) {
@@ -188,13 +188,13 @@ impl LocalBridge {
 
     /// Takes a message of the client.
     ///
-    /// # Errors    [`MessageError`] for what is none.
+    /// # Errors    [`MessageError`] if it is not a message.
     pub fn message(&mut self, now: Duration, bytes: &[u8]) -> Result<(), MessageError> {
         self.now = now;
         let (header, message) = decode::<ToBridge>(bytes, Format::Binary)?;
         match (self.client, message) {
             (None, ToBridge::Hello(hello)) => {
-                // Who has the cable in hand is the owner.
+                // Whoever holds the cable is the owner.
                 let right = Right {
                     role: Role::Owner,
                     name: String::new(),
@@ -208,15 +208,15 @@ impl LocalBridge {
         Ok(())
     }
 
-    /// The person stops the robot, past a client that may be busy; with `cut_off` the motors are
-    /// cut off and stay so.
+    /// The person stops the robot, bypassing a client that may be busy; with `cut_off` the motors
+    /// are cut off and stay off.
     pub fn stop(&mut self, now: Duration, cut_off: bool) {
         self.now = now;
         self.hub.stop(now, cut_off);
         self.act();
     }
 
-    /// Messages for the client, in order; they are forgotten here.
+    /// Messages for the client, in order; they are taken out of the bridge.
     pub fn take_outgoing(&mut self) -> Vec<Vec<u8>> {
         std::mem::take(&mut self.outgoing)
     }
@@ -228,7 +228,7 @@ impl LocalBridge {
         }
     }
 
-    /// Does what the hub says.
+    /// Carries out the hub's actions.
     fn act(&mut self) {
         while let Some(action) = self.hub.next_action() {
             match action {
@@ -243,11 +243,11 @@ impl LocalBridge {
                 }
                 Action::Send(client, message) if self.client == Some(client) => self.send(&message),
                 Action::SendAll(message) if self.client.is_some() => self.send(&message),
-                // The page maps, and nobody else here.
+                // Here, only the page maps.
                 Action::ResetMap(_) | Action::KeepGeofence(..) => {
                     self.send(&FromBridge::Refused(RefusalReason::NoMap))
                 }
-                // Nobody is there; and the only client, which may drive, is never shown out.
+                // Nobody is connected; and the only client, which may drive, is never disconnected.
                 Action::Send(..) | Action::SendAll(_) | Action::Close(..) => (),
             }
         }
@@ -259,7 +259,7 @@ impl LocalBridge {
             sequence: self.sequence,
             micros: self.now.as_micros() as u64,
         };
-        // One that could not be written leaves a gap in the sequence.
+        // A message that could not be written leaves a gap in the sequence.
         self.outgoing
             .extend(encode(header, message, Format::Binary).ok());
     }

@@ -1,5 +1,5 @@
-//! What a device wants done, and the state of device and line: reported only when it changes, the
-//! line once a second too.
+//! What a device wants done, and the state of device and line. State is reported only when it
+//! changes; that of the line also once a second.
 
 use std::collections::VecDeque;
 
@@ -13,24 +13,24 @@ use crate::device::source::SourceEvent;
 /// Seconds between two reports of a line that does not change.
 const NOW_AND_THEN: f64 = 1.0;
 
-/// What a device wants done, in order; and its state and that of its line, as last reported.
+/// What a device wants done, in order; and its own state and that of its line, as last reported.
 #[derive(Debug, Default)]
 pub(super) struct Report {
     wants: VecDeque<Want>,
-    /// What the device is, as it said itself; reported with the next change.
+    /// The device's description of itself; reported with the next change.
     pub(super) model: String,
     /// For a fault: cause and cure; reported with the next change.
     pub(super) detail: String,
     /// As last reported.
     last: Option<(DeviceState, String, String)>,
     link: LinkBody,
-    /// Counts of lines before this one: each line's decoder begins at 0.
+    /// Counts of earlier lines: each line's decoder begins at 0.
     earlier: [u64; 2],
     link_reported: Stamp,
 }
 
 impl Report {
-    /// Wants something done after all that came before.
+    /// Adds something to be done after all earlier wants.
     pub(super) fn want(&mut self, want: Want) {
         self.wants.push_back(want);
     }
@@ -45,7 +45,7 @@ impl Report {
         self.want(Want::Report(event));
     }
 
-    /// Writes into the log of whoever has the line.
+    /// Writes into the log of the owner of the line.
     pub(super) fn note(&mut self, weight: Weight, text: String) {
         self.want(Want::Note(weight, text));
     }
@@ -60,14 +60,14 @@ impl Report {
         self.earlier = [self.link.damaged, self.link.skipped];
     }
 
-    /// What became of the line's bytes so far.
+    /// Takes the counts of the line's bytes so far.
     pub(super) fn count(&mut self, tally: Tally) {
         let [damaged, skipped] = self.earlier;
         self.link.damaged = damaged + tally.rejected;
         self.link.skipped = skipped + tally.discarded;
     }
 
-    /// Reports a change, if it is one.
+    /// Reports device and line if either has changed.
     pub(super) fn change(&mut self, state: DeviceState, link: LinkState) {
         self.change_link(link);
         let now = Some((state, self.model.clone(), self.detail.clone()));
@@ -81,15 +81,15 @@ impl Report {
         }
     }
 
-    /// The line broke, or could not be opened; `why` says cause and cure. What was wanted of it is
-    /// forgotten.
+    /// The line broke, or could not be opened; `why` names cause and cure. Its pending wants are
+    /// dropped.
     pub(super) fn broken(&mut self, why: String) {
         self.wants.clear();
         self.detail = why;
         self.change(DeviceState::Waiting, LinkState::Down);
     }
 
-    /// Reports a change of the line, if it is one.
+    /// Reports the line if its state has changed.
     pub(super) fn change_link(&mut self, link: LinkState) {
         if self.link.state != link {
             self.link.state = link;

@@ -1,17 +1,17 @@
-//! An RP6 as a source: the link of `core` on a line.
+//! An RP6 as a source: its link ([`Link`]) on a line.
 //!
-//! 1. The link comes up disarmed, and the source arms it when an order to move comes; but not one
-//!    that was already being repeated when the robot came back: orders to move must have ceased for
-//!    0.3 seconds once, before it came back or after.
-//! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own
-//!    watchdog. Speeds are given again all the time by whoever drives; where none came for a
-//!    quarter of a second the source itself stops the robot.
-//! 3. The robot's stamps are put on the bridge's clock ([`crate::wire::ClockMap`]), on which the
-//!    scans of other devices are.
-//! 4. Each sweep of its rangers becomes a scan, on that clock too.
-//!    A robot that drives makes partial scans meanwhile (`partial_scans`).
-//! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes
-//!    back.
+//! 1. The link comes up disarmed, and the source arms it when an order to move arrives. An order
+//!    that was already being repeated when the robot came back does not count: orders to move must
+//!    first have paused for 0.3 seconds, before the robot came back or after.
+//! 2. While the robot is under way, it gets a keep-alive ten times a second, for its own watchdog.
+//!    The driver repeats speeds all the time; if none arrived for a quarter of a second, the source
+//!    itself stops the robot.
+//! 3. The robot's stamps are converted to the bridge's clock ([`crate::wire::ClockMap`]), which the
+//!    scans of other devices use, too.
+//! 4. Each sweep of its rangers becomes a scan, also on that clock. While the robot drives, it
+//!    makes partial scans (`partial_scans`).
+//! 5. An emergency stop is remembered while the robot does not answer, and given again when it
+//!    comes back.
 
 use crate::robot::{Command, Odometry, RobotModel, Scan, Stamp};
 use crate::wire::message::{
@@ -35,13 +35,13 @@ pub mod words;
 use robot::{Motion, Robot};
 use sweeps::{Sweeps, Swept};
 
-/// Seconds between two signs of life.
+/// Interval of keep-alives, s.
 const ALIVE: f64 = 0.1;
-/// Seconds after which a speed that is not given again is forgotten, and the robot stopped.
+/// Seconds after which a speed that is not repeated is dropped and the robot stopped.
 const FORGOTTEN: f64 = 0.25;
-/// Seconds between two reports of what does not change.
+/// Interval of reports of what does not change, s.
 const NOW_AND_THEN: f64 = 1.0;
-/// From one telemetry to the next, ms: half of the line's time.
+/// Interval of telemetry, ms: half of the line's time.
 const PERIOD_MILLIS: u16 = 20;
 
 /// An RP6 at the other end of a line.
@@ -52,7 +52,7 @@ pub struct Rp6 {
     nonce: u8,
     report: Report,
     robot: Option<Robot>,
-    /// When an order to move came last, whether or not anybody was there to take it.
+    /// When the last order to move arrived, whether or not a robot was there to take it.
     ordered: Option<Stamp>,
     /// Whether the boot loader was heard since the line was opened or the robot last answered.
     was_boot_loader: bool,
@@ -192,7 +192,7 @@ impl Rp6 {
         self.fault(telemetry.fault);
         self.sweep(|sweeps| sweeps.telemetry(telemetry));
         self.continue_partial_scan(telemetry, now);
-        // The end of a manoeuvre comes after its scan.
+        // The end of a manoeuvre is reported after its scan.
         self.report_busy();
     }
 
@@ -228,7 +228,7 @@ impl Rp6 {
         }));
     }
 
-    /// Reports the sweep that this ends, if it ends one.
+    /// Reports the sweep that `end` completes, if any.
     fn sweep(&mut self, end: impl FnOnce(&mut Sweeps) -> Option<Swept>) {
         let Some(robot) = &mut self.robot else {
             return;
@@ -250,7 +250,7 @@ impl Rp6 {
         }
     }
 
-    /// Gives a command to the link; what it does not take has a reason that the log keeps.
+    /// Gives a command to the link; if the link refuses it, the reason goes into the log.
     fn give(&mut self, command: rp6::Command, now: Stamp) {
         if command.is_reliable()
             && let Some(robot) = &mut self.robot
@@ -279,8 +279,8 @@ impl Rp6 {
             return;
         };
         if wire.moves() && !robot.may_move(now) {
-            // A manoeuvre that was reported as over at once would be given again at once, and
-            // orders would never cease.
+            // If a manoeuvre were reported as over at once, it would be given again at once, and
+            // orders would never pause.
             if !matches!(command, Command::Velocity { .. }) {
                 (robot.motion, robot.manoeuvre_acknowledged) = (Motion::Manoeuvre(now), None);
             }
@@ -332,7 +332,7 @@ impl Device for Rp6 {
     }
 
     fn opened(&mut self, now: Stamp) {
-        // Orders that came while there was no line were forgotten: somebody may hold a key still.
+        // Orders that arrived without a line were forgotten: somebody may still be holding a key.
         self.ordered = Some(now);
         self.nonce = self.nonce.wrapping_add(16);
         self.link = Link::new(now, self.nonce);
@@ -348,7 +348,7 @@ impl Device for Rp6 {
     }
 
     fn order(&mut self, order: Order, now: Stamp) {
-        // What came before the order counts before it: the robot may be gone.
+        // What happened before the order is processed first: the robot may be gone.
         self.collect(now);
         match order {
             Order::Command(command) => self.command(&command, now),
@@ -382,8 +382,8 @@ impl Device for Rp6 {
 
     fn broken(&mut self, why: String) {
         self.robot = None;
-        // It would go on to be up until it had been silent for long enough; a line that is opened
-        // starts again.
+        // The old link would count as up until it had been silent for long enough; an opened line
+        // starts again anyway.
         self.link = Link::new(Stamp(0), self.nonce);
         self.report.broken(why);
     }

@@ -1,5 +1,4 @@
-//! A SLAMTEC RPLIDAR A1: brought from whatever state it is in to measuring, watched, and its faults
-//! named.
+//! A SLAMTEC RPLIDAR A1: brought from any state to measuring, then watched; its faults are named.
 //!
 //! ```text
 //! idle -opened-> stopping -0.1 s-> information -> health -good-> rate -> starting -readings-> measuring
@@ -8,18 +7,17 @@
 //!                    +-------------------------------------------------------------------- once more
 //! ```
 //!
-//! 1. A sensor that still scans is stopped first, and what it said before is thrown away.
-//! 2. Each request is repeated twice. No answer at all, and bytes that are no answer, are different
+//! 1. A sensor that is still scanning is stopped first, and what it sent before is thrown away.
+//! 2. Each request is repeated twice. No answer at all and bytes that are no answer are different
 //!    faults.
-//! 3. Status 2 of health is the sensor's protection: it is reset once; if it comes again it is a
-//!    fault.
-//! 4. While measuring, silence, a head that does not turn, and a banner (it lost power) lead back
-//!    to the start, at most [`MOST_RESTARTS`] times without a whole turn in between.
+//! 3. Health status 2 is the sensor's protection stop. It is reset once; if the status comes again,
+//!    it is a fault.
+//! 4. While measuring, silence, a head that does not turn, and a banner (the sensor lost power)
+//!    lead back to the start, at most [`MOST_RESTARTS`] times without a whole turn in between.
 //!
-//! Instants: the last reading of a piece of bytes was taken when the piece came, those before it
-//! each a sample time earlier. So pieces should be handed over as soon as they come; what a USB
-//! bridge holds back dates a scan later than it was taken.
-//!
+//! Instants: the last reading of a piece of bytes counts as taken when the piece arrived, each one
+//! before it a sample time earlier. So pieces should be passed on as soon as they arrive: if a USB
+//! bridge holds bytes back, the scan is dated later than it was taken.
 //! Source: SLAMTEC interface protocol, "Protection stop" and "Health"; Pilch 2016 fig. 2.6.
 
 mod fault;
@@ -43,7 +41,7 @@ pub(super) const RATE_OF_A1: Rate = Rate {
     standard_micros: 500,
     express_micros: 250,
 };
-/// Times that the sensor may fall silent or start again without a whole turn in between.
+/// How often the sensor may fall silent or restart without a whole turn in between.
 pub const MOST_RESTARTS: u32 = 3;
 /// Tries of each request.
 const TRIES: u32 = 3;
@@ -51,12 +49,12 @@ const TRIES: u32 = 3;
 const AFTER_STOP: f64 = 0.1;
 /// From reset to the next request, s: the A1 writes its banner within half a second.
 const AFTER_RESET: f64 = 1.0;
-/// For an answer, s.
+/// Time for an answer, s.
 const FOR_ANSWER: f64 = 0.5;
-/// For the first reading, s: the motor has to come up to speed.
+/// Time for the first reading, s: the motor has to come up to speed.
 const FOR_READINGS: f64 = 5.0;
 
-/// How readings come.
+/// How readings are sent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ScanMode {
     /// One by one, with quality.
@@ -77,18 +75,18 @@ enum Stage {
     Fault,
 }
 
-/// What is peculiar to an RPLIDAR.
+/// What is specific to an RPLIDAR.
 #[derive(Debug)]
 pub struct Rplidar {
     mode: ScanMode,
     decoder: Decoder,
     stage: Stage,
-    /// When the stage has lasted too long, or long enough.
+    /// End of the stage: it has lasted too long, or long enough.
     until: Stamp,
     tries: u32,
     restarts: u32,
     was_reset: bool,
-    /// Bytes at the start of the try under way, to tell silence from noise.
+    /// Byte count at the start of the current try, to tell silence from noise.
     bytes_before: u64,
     rate: Rate,
     last_capsule: Option<Box<Capsule>>,
@@ -128,7 +126,7 @@ impl Rplidar {
                 self.rate = rate;
                 self.begin_scan(output, now);
             }
-            // Late answers of an earlier try, the descriptor of the scan, the banner after a reset.
+            // Late answers to an earlier try, the descriptor of the scan, the banner after a reset.
             _ => (),
         }
     }
@@ -153,7 +151,7 @@ impl Rplidar {
         }
     }
 
-    /// Completes the capsule before this one, if nothing is missing between them.
+    /// Completes the previous capsule, if nothing is missing between it and this one.
     fn unroll(&mut self, capsule: Box<Capsule>, follows: bool, nodes: &mut Vec<Node>) {
         if let Some(last) = self.last_capsule.take().filter(|_| follows) {
             nodes.extend(last.nodes(capsule.start_angle));
@@ -252,7 +250,7 @@ impl Rplidar {
                 output.enter(DeviceState::Waiting);
             }
             Stage::Asking(_) | Stage::Starting => output.enter(DeviceState::Connected),
-            // Only a whole turn shows that it works; whoever gives up says why.
+            // Only a whole turn shows that it works; a fault reports its reason itself.
             Stage::Measuring | Stage::Fault => (),
         }
     }
@@ -336,14 +334,14 @@ fn set_motor(output: &mut Output, is_on: bool) {
     output.report.want(Want::Dtr(!is_on));
 }
 
-/// What the lidar's own warning means.
+/// The lidar's own warning in words.
 #[must_use]
 pub fn warning(code: u16) -> String {
     format!("the lidar warns ({code:#06x}): it may soon stop; check its supply")
 }
 
-/// What it says of itself. The high digit of a model is the series, the low one the model within it
-/// (maker's driver).
+/// The sensor's description of itself. The high digit of a model is the series, the low one the
+/// model within it (maker's driver).
 fn model(info: &Info) -> String {
     let (series, member) = (info.model >> 4, info.model & 0xF);
     let name = match series {

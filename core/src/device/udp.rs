@@ -8,15 +8,16 @@
 //!     +--- no list 7 s: fault, and again
 //! ```
 //!
-//! 1. Each second something goes to the server: a greeting until it answers; then a heartbeat, and
-//!    while no readings come once more all that was asked for, for datagrams may be lost.
-//! 2. The server answers no client while it has another. One that was left in the middle, or is
-//!    greeted by a client that restarted, drops the old one after 5 s, so a greeting has 7.
-//! 3. A server that says that its lidar is in fault does not say which: its own log does.
+//! 1. Each second something is sent to the server: a greeting until it answers; then a heartbeat
+//!    and, while no readings arrive, all requests again, because datagrams may be lost.
+//! 2. The server answers no other client while it has one. It drops a client only after 5 s of
+//!    silence: one that left without a word, or that has restarted and greets again. So a greeting
+//!    gets 7 s.
+//! 3. A server that reports a fault of its lidar does not say which: see its own log.
 //!
-//! Instants: readings carry none. The last of a datagram counts as taken when it came, those before
-//! it each a sample time of an RPLIDAR A1 earlier; what server and network hold back (some 30 ms
-//! with our own server) dates a scan later than it was taken.
+//! Instants: readings carry none. The last one of a datagram counts as taken when the datagram
+//! arrived, each one before it a sample time of an RPLIDAR A1 earlier. If server and network hold
+//! readings back (some 30 ms with our own server), the scan is dated later than it was taken.
 
 use crate::device::lidar::revolution::Figures;
 use crate::device::lidar::{LidarProtocol, Output};
@@ -28,31 +29,31 @@ use crate::wire::message::DeviceState;
 use crate::wire::pilch::{HEARTBEAT, HELLO, LIDAR, PATIENCE, Reply, Request};
 use crate::wire::rplidar::node::Node;
 
-/// For an answer to a greeting, s: the server may have to drop another client first.
+/// Time for an answer to a greeting, s: the server may have to drop another client first.
 const FOR_GREETING: f64 = PATIENCE + 2.0 * HEARTBEAT;
-/// For the first readings, s: the server brings its lidar up.
+/// Time for the first readings, s: the server has to start its lidar up.
 const FOR_READINGS: f64 = 15.0;
-/// Readings of a datagram: as many as a packet of an Ethernet carries whole.
+/// Readings per datagram: as many as fit into one Ethernet packet.
 const SAMPLES: u32 = 250;
-/// Between two datagrams of readings, ms: the shortest that our own server allows.
+/// Interval between two datagrams of readings, ms: the shortest that our own server allows.
 const INTERVAL_MILLIS: u32 = 20;
 
 /// Why there are no scans.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum UdpFault {
-    /// Not a datagram came.
+    /// No datagram arrived.
     #[error(
         "no lidar server answers: start `slamlab-bridge udp` there, check address and firewall, and that no other client has it"
     )]
     NoAnswer,
-    /// The server has other devices only.
+    /// The server has only other devices.
     #[error("the server has no lidar; it has {devices}")]
     NoLidar {
-        /// Names of what it has.
+        /// Names of its devices.
         devices: String,
     },
-    /// It says so, without a reason.
+    /// The server reports a fault, without a reason.
     #[error(
         "the server does not open its lidar at {path}: the path is not in its list, or the lidar does not work; its log says which"
     )]
@@ -60,13 +61,13 @@ pub enum UdpFault {
         /// Path of the port at the server.
         path: String,
     },
-    /// It answers, but sends no readings.
+    /// The server answers, but sends no readings.
     #[error("the server answers, but sends no readings of its lidar: look at the cable there")]
     NoReadings,
     /// Readings stopped coming.
     #[error("the server fell silent while measuring: network or server is gone")]
     Silent,
-    /// Readings come, but no whole turn.
+    /// Readings arrive, but no whole turn.
     #[error("the server sends readings but no whole turn: the lidar's head is blocked there")]
     DoesNotTurn,
 }
@@ -78,7 +79,7 @@ enum Stage {
     Measuring,
 }
 
-/// What is peculiar to a lidar behind UDP.
+/// What is specific to a lidar behind UDP.
 #[derive(Debug)]
 pub struct UdpLidar {
     /// Path of the lidar's port at the server.
@@ -135,7 +136,7 @@ impl UdpLidar {
         }
     }
 
-    /// Readings may be those of a client before this one, while it still greets.
+    /// While this client is still greeting, the readings may be those of a client before it.
     fn measured(&mut self, nodes: &[Node], output: &mut Output, now: Stamp) {
         if nodes.is_empty() || self.stage == Stage::Greeting {
             return;
@@ -248,7 +249,7 @@ impl LidarProtocol for UdpLidar {
         self.beat(output, now);
     }
 
-    /// What is lost of this the server's own patience makes up for.
+    /// If these datagrams are lost, the server's own time-out replaces them.
     fn close(&mut self, output: &mut Output, _: Stamp) {
         output.report.write(Request::Stop.encode());
     }

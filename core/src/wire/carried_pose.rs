@@ -1,15 +1,15 @@
-//! A pose that a bridge told of an instant just past, carried on to now by the odometry since.
+//! Carries a pose that a bridge reported for a recent instant on to now, by the odometry since.
 //!
-//! In: odometry as it arrives, and the poses that the bridge tells. Out: where the robot is now in
-//! the bridge's map. A bridge that maps takes its time for each scan, so that its poses come behind
-//! the odometry; where they come before it, they wait for it.
+//! In: odometry as it arrives, and the poses that the bridge reports. Out: where the robot is now
+//! in the bridge's map. A bridge that maps takes some time for each scan, so its poses usually lag
+//! behind the odometry; a pose that is ahead waits for the odometry.
 
 use super::message::{PoseBody, PoseState};
 use crate::geom::PoseEstimate;
 use crate::points::MotionHistory;
 use crate::robot::{Odometry, Stamp};
 
-/// A pose that was told so long ago is of no use any more, s.
+/// A pose reported longer ago is of no use, s.
 const LONGEST: f64 = 5.0;
 
 /// See the module.
@@ -31,8 +31,8 @@ impl Default for CarriedPose {
 }
 
 impl CarriedPose {
-    /// Takes a motion as the robot stamped it. A robot whose clock starts again may stand
-    /// elsewhere: what was told before it is void.
+    /// Takes a motion with the robot's stamps. If the robot's clock restarts, the robot may be
+    /// elsewhere, so the pose reported before is dropped.
     pub fn odometry(&mut self, step: &Odometry) {
         if self.history.now().is_some_and(|now| step.from < now) {
             *self = Self::default();
@@ -41,7 +41,7 @@ impl CarriedPose {
         self.history.push(step);
     }
 
-    /// Takes a pose; one that is not to be believed, or is none, ends what was told before.
+    /// Takes a pose; one that is unknown, lost or not finite ends the one before.
     pub fn tell(&mut self, body: &PoseBody) {
         let is_known = !matches!(body.state, PoseState::Unknown | PoseState::Lost);
         let estimate = body.estimate().filter(|_| is_known);
@@ -54,7 +54,7 @@ impl CarriedPose {
         self.history.speeds(span)
     }
 
-    /// [`Self::now`], unless what was told is older than `longest` seconds.
+    /// [`Self::now`], unless the pose reported is older than `longest` seconds.
     #[must_use]
     pub fn fresh(&self, longest: f64) -> Option<PoseEstimate> {
         let (then, _) = self.told?;
@@ -62,7 +62,7 @@ impl CarriedPose {
         self.now().filter(|_| now.since(then) <= longest)
     }
 
-    /// `map_from_robot` now, with the covariance that it was told with; `None` where none was told
+    /// `map_from_robot` now, with the covariance that was reported; `None` if none was reported
     /// lately, or only one of an instant that the odometry has not reached yet.
     #[must_use]
     pub fn now(&self) -> Option<PoseEstimate> {

@@ -1,17 +1,17 @@
-//! The client's side of a conversation with a bridge ([`super::message`]): page, script and test
+//! The client's side of a conversation with a bridge ([`super::message`]); page, scripts and tests
 //! share it.
 //!
-//! In: messages of the bridge, what the person wants, and the time. Out: messages to the bridge,
-//! and what was understood.
+//! In: messages of the bridge, what the user wants, and the time. Out: messages to the bridge, and
+//! the state of the conversation.
 //!
 //! 1. The bridge's hello is answered with a proof of the token, if there is one.
 //! 2. [`Client::tick`], at least ten times a second, sends heartbeats and probes, renews the lease,
 //!    and notices silence.
-//! 3. [`Client::drive`] and [`Client::hold`] say what the bridge wants of a driving message: the
-//!    lease's epoch, and the newest bridge time that was seen. Nothing is sent while the robot is
-//!    not armed by this client.
+//! 3. [`Client::drive`] and [`Client::hold`] add what the bridge requires of a driving message: the
+//!    lease's epoch, and the newest bridge time seen. Nothing is sent unless this client has armed
+//!    the robot.
 //! 4. A manoeuvre (a leg, a turn, a sweep) is under way from the message that gives it until the
-//!    bridge says that it is over, or until the robot is disarmed or somebody else's.
+//!    bridge says that it is over, or until the robot is disarmed or another client has the lease.
 //!
 //! Time is µs of the client's own clock; its zero is arbitrary.
 
@@ -24,19 +24,19 @@ use super::message::{
 };
 use crate::robot::Command;
 
-/// Between two heartbeats, probes and renewals, µs.
+/// Interval of heartbeats, probes and renewals, µs.
 const HEARTBEAT: u64 = 1_000_000;
 /// A bridge that is silent for longer is gone, µs.
 const LONGEST_SILENCE: u64 = 5_000_000;
-/// How old what was seen may be when a driving message arrives: about two missed heartbeats of the
-/// driver, ms.
+/// How old the bridge time seen may be when a driving message arrives: about two missed heartbeats
+/// of the driver, ms.
 const TTL_MILLIS: u16 = 400;
 
 /// Why the conversation cannot go on.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ClientError {
-    /// What came is not a message.
+    /// What arrived is not a message.
     #[error("the bridge sent something that is no message: {0}")]
     Message(#[from] MessageError),
     /// The two schemas differ.
@@ -49,18 +49,18 @@ pub enum ClientError {
         /// The bridge's schema.
         theirs: u64,
     },
-    /// It did not say hello, or welcome, in its turn.
+    /// The bridge did not say hello or welcome when it had to.
     #[error("the bridge sent {what} before its {expected}")]
     Order {
-        /// What came.
+        /// What arrived.
         what: &'static str,
-        /// What should have come.
+        /// What should have arrived.
         expected: &'static str,
     },
     /// Nothing was heard for too long.
     #[error("the bridge has been silent for {seconds:.0} s: look at the network and at the bridge")]
     Silent {
-        /// For how long.
+        /// Duration of the silence.
         seconds: u64,
     },
 }
@@ -68,16 +68,16 @@ pub enum ClientError {
 /// How far the conversation is.
 #[derive(Clone, Debug, Default, PartialEq)]
 enum Phase {
-    /// Nothing was said.
+    /// Nothing has been said.
     #[default]
     Begun,
-    /// Our hello is out.
+    /// Our hello was sent.
     Answered(BridgeHello),
     /// We are let in.
     In(BridgeHello, Welcome),
 }
 
-/// How long things take on their way.
+/// Delays measured by a probe.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Delays {
     /// From here to the bridge and back, s.
@@ -106,8 +106,8 @@ pub struct Client {
 }
 
 impl Client {
-    /// A client that has not heard anything yet. `name` is how others see it; without a token it
-    /// only watches.
+    /// A client that has not heard anything yet. `name` is shown to others; without a token, the
+    /// client only watches.
     #[must_use]
     pub fn new(name: &str, token: Option<&str>) -> Self {
         Self {
@@ -117,9 +117,9 @@ impl Client {
         }
     }
 
-    /// Takes one binary message; what it says, and when the bridge said it.
+    /// Takes one binary message; returns its header, with the bridge's time, and its content.
     ///
-    /// # Errors    [`ClientError`]: the connection is of no use any more.
+    /// # Errors    [`ClientError`]: the connection is no longer usable.
     pub fn receive(&mut self, now: u64, bytes: &[u8]) -> Result<(Header, FromBridge), ClientError> {
         let (header, message): (_, FromBridge) = decode(bytes, Format::Binary)?;
         self.heard = Some(now);
@@ -182,7 +182,7 @@ impl Client {
 
     fn measure(&self, now: u64, answer: &ProbeAnswer) -> Delays {
         let micros = |n: u64| n as f64 * 1e-6;
-        // The time that the bridge itself took is not the network's.
+        // The time that the bridge itself took does not count as network delay.
         let inside = self.seen.saturating_sub(answer.came_micros);
         let outside = now.saturating_sub(answer.token).saturating_sub(inside);
         Delays {
@@ -212,7 +212,7 @@ impl Client {
         Ok(())
     }
 
-    /// Asks for the lease; with `force` also from somebody else, whose robot then stops.
+    /// Asks for the lease; with `force`, takes it from another client too, whose robot then stops.
     pub fn take(&mut self, now: u64, force: bool) {
         self.say(now, &ToBridge::Take { force });
     }
@@ -254,7 +254,7 @@ impl Client {
         self.manoeuvre.is_some()
     }
 
-    /// Waits no longer for the manoeuvre under way: the next command takes its place.
+    /// Stops waiting for the manoeuvre under way: the next command takes its place.
     pub fn give_up_manoeuvre(&mut self) {
         self.manoeuvre = None;
     }
@@ -271,7 +271,7 @@ impl Client {
         }
     }
 
-    /// Stands still and disarms, no matter who drives.
+    /// Stops the robot and disarms it, no matter who drives.
     pub fn stop(&mut self, now: u64) {
         self.say(now, &ToBridge::Stop);
     }
@@ -298,12 +298,12 @@ impl Client {
         self.say(now, &ToBridge::SetGeofence { zones });
     }
 
-    /// Messages to send, in order; they are forgotten here.
+    /// Messages to send, in order; they are taken out of the client.
     pub fn take_outgoing(&mut self) -> Vec<Vec<u8>> {
         std::mem::take(&mut self.outgoing)
     }
 
-    /// What the bridge said of itself and of its robot.
+    /// The bridge's description of itself and of its robot.
     #[must_use]
     pub fn bridge(&self) -> Option<&BridgeHello> {
         match &self.phase {
@@ -324,7 +324,7 @@ impl Client {
         self.welcome().is_some_and(|welcome| welcome.may_drive)
     }
 
-    /// As whom the bridge let it in, and what it may do.
+    /// Name and role under which the bridge let it in, and what it may do.
     #[must_use]
     pub fn welcome(&self) -> Option<&Welcome> {
         match &self.phase {
@@ -345,7 +345,7 @@ impl Client {
         self.lease.is_some()
     }
 
-    /// Whether the robot moves on this client's commands.
+    /// Whether the robot moves at this client's commands.
     #[must_use]
     pub fn is_armed(&self) -> bool {
         self.armed_epoch().is_some()
@@ -357,7 +357,7 @@ impl Client {
         self.safety.as_ref()
     }
 
-    /// How long things take on their way; none before the first probe came back.
+    /// Delays on the network; none before the first probe came back.
     #[must_use]
     pub fn delays(&self) -> Option<Delays> {
         self.delays
@@ -374,7 +374,7 @@ impl Client {
             sequence: self.sequence,
             micros: now,
         };
-        // Every value of ours can be written; the error is for other writers.
+        // All our values can be written; the error is for other writers.
         if let Ok(bytes) = encode(header, message, Format::Binary) {
             self.outgoing.push(bytes);
         }

@@ -1,18 +1,18 @@
-//! A device's clock on the host's time line, so that what different devices say can be put in
-//! order.
+//! Maps a device's clock to the host's time line, so that messages of different devices can be put
+//! in order.
 //!
-//! In: the device's time in each message, and when the message came. Out: when, on the host's
-//! clock, the device meant.
+//! In: the device's time in each message, and when the message arrived. Out: the device's times on
+//! the host's clock.
 //!
-//! 1. A message comes late by a delay that is never negative: the least of (came - said) over a
-//!    while is the offset of the clocks plus the least delay (Cristian 1989; the lower bound that
-//!    NTP's clock filter takes).
-//! 2. Two windows of 10 s, this one and the last: quartzes differ by some 100 µs in a second, so an
-//!    old least is worth nothing after a while.
-//! 3. The offset that is used follows that least by at most 5 % of the time that passes: stamps
-//!    never go back, and a motion between two of them keeps its duration to that part.
+//! 1. The delay of a message is never negative. So the minimum of (came - said) over a while is the
+//!    offset of the clocks plus the minimum delay (Cristian 1989; the lower bound that NTP's clock
+//!    filter takes).
+//! 2. Two windows of 10 s are kept, the current one and the last: quartzes drift apart by some 100
+//!    µs in a second, so an old minimum soon becomes worthless.
+//! 3. The offset in use follows that minimum by at most 5 % of the elapsed time. So stamps never go
+//!    back, and a motion between two of them keeps its duration to within that part.
 //!
-//! What of the least delay is known (a frame's own time on a slow line) is subtracted.
+//! The known part of the minimum delay (a frame's own time on a slow line) is subtracted.
 
 use std::collections::VecDeque;
 
@@ -20,22 +20,22 @@ use crate::robot::Stamp;
 
 /// Length of a window, s.
 const WINDOW: f64 = 10.0;
-/// Part of the passing time by which the offset moves at most.
+/// Greatest change of the offset, as a part of the elapsed time.
 const SLEW: f64 = 0.05;
 
-/// Puts the stamps of one device on the host's time line.
+/// Maps the stamps of one device to the host's time line.
 #[derive(Clone, Debug, Default)]
 pub struct ClockMap {
     known_delay: f64,
-    /// Least offset of each window with the window's start by the device's clock, s; the newest at
+    /// Minimum offset of each window and the window's start by the device's clock, s; the newest at
     /// the back.
     windows: VecDeque<(f64, f64)>,
-    /// Offset in use, and the device's time at which it was, s.
+    /// Offset in use, and the device's time at which it was set, s.
     used: Option<(f64, f64)>,
 }
 
 impl ClockMap {
-    /// A map that has seen nothing. `known_delay`: seconds that every message takes at least.
+    /// A map without observations. `known_delay`: seconds that every message takes at least.
     #[must_use]
     pub fn new(known_delay: f64) -> Self {
         Self {
@@ -44,9 +44,9 @@ impl ClockMap {
         }
     }
 
-    /// A message that the device stamped `said` came at `came` by the host's clock.
+    /// A message that the device stamped `said` arrived at `came` by the host's clock.
     ///
-    /// `said` must not fall: a device that restarted takes a new map.
+    /// `said` must not decrease: a device that restarted needs a new map.
     pub fn observe(&mut self, said: Stamp, came: Stamp) {
         let (said, came) = (said.seconds(), came.seconds());
         let offset = came - said - self.known_delay;
@@ -68,7 +68,7 @@ impl ClockMap {
         });
     }
 
-    /// When, on the host's clock, the device meant by `said`; `None` before anything was observed.
+    /// The device's time `said` on the host's clock; `None` before anything was observed.
     #[must_use]
     pub fn host_time(&self, said: Stamp) -> Option<Stamp> {
         self.offset()
@@ -89,8 +89,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     /// Telemetry at 50 Hz from a device that started 100 s after the host, whose clock is fast by
-    /// `drift`, over a line that takes `least` seconds and up to `jitter` more. Gives the error of
-    /// each mapped stamp, s, and how it advanced.
+    /// `drift`, over a line that takes `least` seconds and up to `jitter` more. Returns the error
+    /// of each mapped stamp, s, and how much it advanced.
     fn run(drift: f64, least: f64, jitter: f64, seconds: u32) -> Vec<(f64, f64)> {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let mut map = ClockMap::new(least);
@@ -112,8 +112,8 @@ mod tests {
     #[test]
     fn jitter_of_the_line_does_not_reach_the_stamps() {
         let stamps = run(0.0, 0.009, 0.03, 60);
-        // The least of 500 uniform delays lies within 3 % of their range but for one window of four
-        // million.
+        // The minimum of 500 uniform delays lies within 3 % of their range, except for one window
+        // in four million.
         for (error, _) in &stamps[500..] {
             assert!((-2e-6..1e-3).contains(error), "{error}");
         }
@@ -124,7 +124,7 @@ mod tests {
         for drift in [2e-4, -2e-4] {
             let stamps = run(drift, 0.009, 0.01, 600);
             for (error, _) in &stamps[100..] {
-                // Two windows of 10 s at 200 µs/s, and what jitter leaves.
+                // Two windows of 10 s at 200 µs/s, and what is left of the jitter.
                 assert!(error.abs() < 5e-3, "{error} at drift {drift}");
             }
         }

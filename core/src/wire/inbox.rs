@@ -1,18 +1,18 @@
-//! Bytes that came and are no frame yet, and the count of what became of all of them.
+//! Bytes that have arrived and are not a frame yet, and counts of what became of all of them.
 
 use std::collections::VecDeque;
 
-/// What became of the bytes that a decoder took. Always: `bytes` = those of frames + `discarded` +
-/// those that wait.
+/// What became of the bytes that a decoder took. Invariant: `bytes` is the sum of those of frames,
+/// `discarded`, and those that wait.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Bytes taken in.
     pub bytes: u64,
     /// Frames handed on.
     pub frames: u64,
-    /// What began like a frame and failed its check.
+    /// Pieces that began like a frame and failed the check.
     pub rejected: u64,
-    /// Bytes thrown away, those of rejected frames among them.
+    /// Bytes thrown away, including those of rejected frames.
     pub discarded: u64,
 }
 
@@ -33,7 +33,7 @@ impl Inbox {
         self.waiting.len()
     }
 
-    /// The `N` bytes from `start` on, once they are there.
+    /// The `N` bytes from `start` on, once they have arrived.
     pub(super) fn peek<const N: usize>(&self, start: usize) -> Option<[u8; N]> {
         let mut bytes = [0; N];
         for (byte, waiting) in bytes
@@ -45,7 +45,7 @@ impl Inbox {
         (self.len() >= start + N).then_some(bytes)
     }
 
-    /// Whether what waits is the beginning of `bytes`, or begins with all of them.
+    /// Whether the waiting bytes are the beginning of `bytes`, or begin with all of them.
     pub(super) fn may_begin(&self, bytes: &[u8]) -> bool {
         self.waiting.iter().zip(bytes).all(|(a, b)| a == b)
     }
@@ -61,8 +61,8 @@ impl Inbox {
         drop(self.drain(count));
     }
 
-    /// Throws bytes away and gives them: what is no frame can still be text. Those that nobody
-    /// takes are gone too.
+    /// Throws bytes away and returns them: what is not a frame can still be text. Those that the
+    /// caller does not read are gone too.
     pub(super) fn drain(&mut self, count: usize) -> impl Iterator<Item = u8> + '_ {
         let count = count.min(self.len());
         self.tally.discarded += count as u64;

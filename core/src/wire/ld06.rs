@@ -1,7 +1,7 @@
 //! LDROBOT LD06 and LD19: 230400 baud, 8N1, little-endian, from the sensor only.
 //!
-//! In: bytes, in pieces of any size. Out: packets of 12 readings. It measures from power on; its
-//! motor is switched by a wire of its own.
+//! In: bytes, in pieces of any size. Out: packets of 12 readings. The sensor measures from
+//! power-on; its motor has a control wire of its own.
 //!
 //! | byte | | |
 //! |---|---|---|
@@ -79,7 +79,7 @@ impl Packet {
         bytes
     }
 
-    /// Reads a packet; `None` where header, sum or angles are wrong.
+    /// Reads a packet; `None` if header, checksum or angles are wrong.
     #[must_use]
     pub fn decode(bytes: &[u8; LEN]) -> Option<Self> {
         let [body @ .., sum] = bytes;
@@ -135,7 +135,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// Takes bytes as they come.
+    /// Takes bytes as they arrive.
     pub fn extend(&mut self, bytes: &[u8]) {
         self.inbox.extend(bytes);
     }

@@ -1,15 +1,14 @@
 //! What goes over a wire: frames of robots and sensors, and the messages between bridge and page.
 //!
-//! Codecs without I/O: bytes in, typed values out, and back. A decoder takes bytes as they come, in
-//! pieces of any size, finds the start of a frame again after noise, and counts what it threw away.
-//! Page, bridge, firmware tests and simulated devices share them, so that there is one truth about
+//! Codecs without I/O: bytes in, typed values out, and back. A decoder takes bytes as they arrive,
+//! in pieces of any size, resynchronises after noise, and counts what it threw away. Page, bridge,
+//! firmware tests and simulated devices share the codecs, which are thus the only definition of
 //! each byte.
 //!
-//! Of [`crate::format`] it takes what a map is, so that the wire tells the map that is saved, and
-//! no other; of [`crate::points`] how motion is remembered, of [`crate::control`] what a geofence
-//! is.
+//! It takes the map type from [`crate::format`], because the map on the wire is the one that is
+//! saved; the history of motion from [`crate::points`]; and the geofence from [`crate::geom`].
 //!
-//! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and
+//! Units change here and nowhere else: millimetres, degrees, ticks and counts outside; metres and
 //! radians inside.
 
 mod carried_pose;

@@ -1,26 +1,27 @@
 //! The UDP protocol of Pilch's lidar server, both ends: port 5000 at the server, 20000 at the
 //! client.
 //!
-//! In and out: datagrams. Every number little-endian, as the sensor's: the paper does not say.
+//! In and out: datagrams. Every number is little-endian, as in the sensor's protocol: the paper
+//! does not say.
 //!
 //! | datagram | from | |
 //! |---|---|---|
-//! | `FF 00` text | client | wants to be the client; the text is "HELLO" |
-//! | `FF 01` `id:name##id:name…` | server | you are; these are the devices |
+//! | `FF 00` text | client | asks to be the client; the text is "HELLO" |
+//! | `FF 01` `id:name##id:name…` | server | accepted; these are the devices |
 //! | `FF 02` | client | heartbeat, each second; 5 s without, and the server drops the client |
 //! | `01 00` baud u32, n u8, path of n bytes | client | connect the lidar at this path |
 //! | `01 01` | client | start measuring |
 //! | `01 02` | client | stop measuring |
-//! | `01 03` samples u32, interval u32 (ms) | client | send so many readings so often |
+//! | `01 03` samples u32, interval u32 (ms) | client | send this many readings, this often |
 //! | `01 03` n u32, n × (quality u8, angle u16, distance u16) | server | readings, scaled as RPLIDAR's nodes |
 //! | `01 04` state u8 | server | [`DeviceState`] |
 //!
 //! A reading: quality in bits 7..2, angle in bits 15..1 in 1/64° clockwise, distance in 1/4 mm. The
-//! source's figure 3.14 adds length and sum before sending: those of UDP itself.
+//! source's figure 3.14 adds length and checksum before sending: those of UDP itself.
 //!
-//! Source: Pilch 2016 §3.6 and figs. 3.14 to 3.21. Added here: only paths of a list are opened,
-//! only the client's own address is heard, and a rate limit; the protocol has no authentication, so
-//! it is for a network that is trusted.
+//! Source: Pilch 2016 §3.6 and figs. 3.14 to 3.21. Added here: only listed paths are opened, only
+//! the client's own address is heard, and a rate limit. The protocol has no authentication, so use
+//! it only on a trusted network.
 
 use super::message::DeviceState;
 use super::rplidar::node::Node;
@@ -39,19 +40,19 @@ pub const HELLO: &str = "HELLO";
 pub const HEARTBEAT: f64 = 1.0;
 /// Seconds without a heartbeat after which a client is dropped.
 pub const PATIENCE: f64 = 5.0;
-/// Most readings of a datagram: what UDP carries.
+/// Most readings of a datagram: as many as UDP can carry.
 pub const MOST_READINGS: usize = (65_507 - 6) / Node::LEN;
 
 const SERVER: u8 = 0xFF;
 /// Address of the lidar, in datagrams and in the list of devices.
 pub const LIDAR: u8 = 0x01;
 
-/// What a client says.
+/// Messages of a client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// Wants to be the client.
+    /// Asks to be the client.
     Hello(String),
-    /// Is still there.
+    /// The client is still there.
     Heartbeat,
     /// Connect the lidar.
     Connect {
@@ -66,14 +67,14 @@ pub enum Request {
     Stop,
     /// Send readings.
     Send {
-        /// So many in a datagram.
+        /// Readings per datagram.
         samples: u32,
-        /// So often, ms.
+        /// Interval of datagrams, ms.
         interval: u32,
     },
 }
 
-/// What the server says.
+/// Messages of the server.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reply {
     /// You are the client; these are the devices.
@@ -97,13 +98,13 @@ pub struct Device {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DatagramError {
-    /// Neither of the two addresses, or a command that it does not know.
+    /// Neither of the two addresses, or a command that is unknown at its address.
     #[error("datagram begins with {head:02X?}, expected one of FF 00 to FF 02 or 01 00 to 01 04")]
     Unknown {
         /// Its first two bytes, or fewer.
         head: Vec<u8>,
     },
-    /// Too short or too long for what it says to be.
+    /// Too short or too long for its command.
     #[error("datagram {command:02X?} has {found} bytes, expected {expected}")]
     Length {
         /// Address and command.
@@ -118,12 +119,12 @@ pub enum DatagramError {
     Text {
         /// Address and command.
         command: [u8; 2],
-        /// What stands there.
+        /// The text.
         text: String,
-        /// What may stand there.
+        /// What is expected.
         expected: &'static str,
     },
-    /// A state that is none.
+    /// An unknown state.
     #[error("lidar state {0} is not one of 0 to 4")]
     State(u8),
 }
@@ -208,8 +209,8 @@ impl Reply {
         }
     }
 
-    /// Reads a server's datagram. Check bits of readings are ignored: UDP has a sum of its own, and
-    /// the paper's server may not set them.
+    /// Reads a server's datagram. Check bits of readings are ignored: UDP has a checksum of its
+    /// own, and the paper's server may not set them.
     ///
     /// # Errors    [`DatagramError`]
     pub fn decode(datagram: &[u8]) -> Result<Self, DatagramError> {

@@ -1,18 +1,19 @@
-//! One clock for what several devices say, and no gap without a report of it.
+//! One clock for the readings of several devices, and a report of every gap.
 //!
 //! In: odometry and scans as they arrive, with the bridge's time. Out: the same in an order that
-//! SLAM can take: motion that follows on motion, and each scan once the motion up to its last beam
-//! is known. A live bridge and a recording of one pass through here alike.
+//! SLAM can use: motions without gaps, and each scan once the motion up to its last beam is known.
+//! Data of a live bridge and of a recording both pass through here.
 //!
-//! 1. The robot's clock rules. A bridge puts the devices at its ports on one clock. A source of
-//!    another kind has its own: the difference of two clocks is that of their offsets from the
-//!    bridge's ([`ClockMap`]). A small difference is one of delays, not of clocks (`SAME_CLOCK`).
-//! 2. A robot whose clock starts again was reset, and time that is missing was not watched: in both
-//!    cases it may have been moved meanwhile. That is a motion of zero, and not at all sure
-//!    (`GAP_SIGMA`).
-//! 3. Without a robot, motion between two scans is zero and unsure as a hand or a foot may move a
-//!    sensor.
-//! 4. Partial scans are those of the robot itself; they wait for motion as whole ones do.
+//! 1. The robot's clock is the reference. A bridge puts the devices at its ports on one clock. Any
+//!    other source has its own: the difference of two clocks is that of their offsets from the
+//!    bridge's ([`ClockMap`]). A small difference comes from delays, not from clocks
+//!    (`SAME_CLOCK`).
+//! 2. A robot whose clock restarts was reset, and during a gap in time nobody watched it. In both
+//!    cases it may have been moved meanwhile, so the gap becomes a motion of zero with a large
+//!    covariance (`GAP_SIGMA`).
+//! 3. Without a robot, the motion between two scans is zero, and as uncertain as a hand or a foot
+//!    may move a sensor.
+//! 4. Partial scans come from the robot itself; they wait for motion as whole scans do.
 
 use std::collections::BTreeMap;
 use std::collections::VecDeque;
@@ -24,29 +25,29 @@ use super::message::FromBridge;
 use crate::geom::Pose2;
 use crate::robot::{Odometry, Scan, Stamp};
 
-/// Where a robot may be after a time that nobody watched: m, m, rad.
+/// How far a robot may have moved in an unwatched gap, σ: m, m, rad.
 const GAP_SIGMA: [f64; 3] = [0.2, 0.2, 0.3];
-/// How a sensor without wheels may move: m/s, m/s, rad/s.
+/// How fast a sensor without wheels may move, σ: m/s, m/s, rad/s.
 const CARRIED_SIGMA: [f64; 3] = [0.5, 0.5, 0.8];
-/// Two clocks that differ by less are one, s: delays on two wires differ by some milliseconds.
+/// Two clocks that differ by less count as one, s: delays on two wires differ by some milliseconds.
 const SAME_CLOCK: f64 = 0.2;
 /// Scans that may wait for motion; older ones are dropped.
 const MOST_WAITING: usize = 4;
-/// A scan that is older than the motion by more is of another life of its device, s.
+/// A scan older than the motion by more than this dates from before a restart of its device, s.
 const OLDEST: f64 = 2.0;
 
-/// What may be handed on now.
+/// Readings that may be passed on now.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reading {
-    /// Follows on the one before.
+    /// Begins where the one before ended.
     Odometry(Odometry),
     /// No later than the end of the newest odometry.
     Scan(Scan),
-    /// The same, of a robot on the move; for the map it is nothing.
+    /// The same, of a robot on the move; not for the map.
     PartialScan(Scan),
-    /// Motion was missed before this.
+    /// Motion is missing before this.
     Gap {
-        /// For so long, s; 0 where the robot's clock restarted.
+        /// Duration of the gap, s; 0 if the robot's clock restarted.
         seconds: f64,
     },
 }
@@ -61,7 +62,7 @@ pub fn explain_gap(seconds: f64) -> String {
     }
 }
 
-/// A source's clock on the bridge's, and its newest stamp.
+/// A source's clock relative to the bridge's, and its newest stamp.
 #[derive(Clone, Debug, Default)]
 struct SourceClock {
     map: ClockMap,
@@ -71,11 +72,11 @@ struct SourceClock {
 /// See the module.
 #[derive(Clone, Debug, Default)]
 pub struct Timeline {
-    /// Number of the source whose odometry rules.
+    /// Number of the source whose odometry is used.
     robot: Option<u8>,
-    /// Each source's clock on the bridge's.
+    /// Each source's clock relative to the bridge's.
     clocks: BTreeMap<u8, SourceClock>,
-    /// Added to the robot's stamps: what its clock lost when it restarted, µs.
+    /// Added to the robot's stamps: the time that its clock lost by restarting, µs.
     shift: u64,
     newest: Option<Stamp>,
     waiting: VecDeque<Scan>,
@@ -86,7 +87,7 @@ impl Timeline {
     /// Takes a message of odometry or a scan that arrived at bridge time `arrived`, µs; `None` for
     /// any other message. `has_robot` as for [`Self::scan`].
     ///
-    /// # Errors    A sentence on a reading that cannot be.
+    /// # Errors    A sentence about an invalid reading.
     pub fn message(
         &mut self,
         arrived: u64,
@@ -143,7 +144,7 @@ impl Timeline {
     }
 
     /// Takes a scan of source `source` that arrived at bridge time `arrived`, µs. `has_robot`:
-    /// whether odometry is to be expected; where it was heard it is.
+    /// whether to expect odometry; once some was heard, it is expected anyway.
     pub fn scan(
         &mut self,
         source: u8,
@@ -156,7 +157,7 @@ impl Timeline {
         if !has_robot && self.robot.is_none() {
             let newest = self.newest.unwrap_or(scan.stamp);
             if scan.stamp < newest {
-                // The sensor was reset; its time goes on from here.
+                // The sensor was reset; time continues from its new clock.
                 self.newest = None;
                 out.push(Reading::Gap { seconds: 0.0 });
                 return out;
@@ -176,7 +177,7 @@ impl Timeline {
         out
     }
 
-    /// Takes a partial scan of source `source`; one before any motion of the robot says nothing.
+    /// Takes a partial scan of source `source`; one before any motion of the robot is dropped.
     pub fn partial_scan(&mut self, source: u8, mut scan: Scan) -> Vec<Reading> {
         let mut out = vec![];
         if let Some(stamp) = self.on_robots_clock(source, scan.stamp) {
@@ -197,7 +198,7 @@ impl Timeline {
         clock.map.observe(said, Stamp(arrived));
     }
 
-    /// `None` before the robot was heard.
+    /// `None` until the robot was heard.
     fn on_robots_clock(&self, source: u8, stamp: Stamp) -> Option<Stamp> {
         let offset = |source: u8| self.clocks.get(&source)?.map.offset();
         let mut ahead = offset(source)? - offset(self.robot?)?;
@@ -323,7 +324,7 @@ mod tests {
 
     #[test]
     fn a_clock_that_runs_fast_or_slow_does_not_drift_away_in_hours() {
-        // 100 millionths are 0.72 s in two hours, of a scan a second.
+        // 100 ppm are 0.72 s in two hours, with one scan a second.
         for second_of_lidar in [999_900, 1_000_100] {
             let mut timeline = Timeline::default();
             let mut worst = 0;

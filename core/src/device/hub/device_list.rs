@@ -1,4 +1,4 @@
-//! Robot and sensors as clients see them, and what an event becomes on its way to clients.
+//! Robot and sensors as clients see them, and how events become messages to clients.
 
 use crate::wire::message::{
     BatteryBody, BumpersBody, CurrentsBody, Device, DeviceState, FromBridge, LinkBody,
@@ -12,7 +12,7 @@ use crate::device::source::{Profile, SourceEvent};
 pub(super) struct DeviceList(Vec<Device>);
 
 impl DeviceList {
-    /// Those of these sources, in the order of their numbers; they wait.
+    /// The devices of these sources, in the order of their numbers; all are waiting.
     pub(super) fn new(sources: &[&Profile]) -> Self {
         let device = |(number, profile): (usize, &&Profile)| Device {
             source: number as u8,
@@ -29,7 +29,7 @@ impl DeviceList {
         &self.0
     }
 
-    /// What clients get of an event of source `source`; none where it is not for them.
+    /// The message to clients for an event of source `source`; none if clients do not get it.
     pub(super) fn message(&mut self, source: u8, event: SourceEvent) -> Option<FromBridge> {
         Some(match event {
             SourceEvent::Odometry(odometry) => {
@@ -42,7 +42,7 @@ impl DeviceList {
             SourceEvent::Battery(body) => FromBridge::Battery(BatteryBody { source, ..body }),
             SourceEvent::Currents(body) => FromBridge::Currents(CurrentsBody { source, ..body }),
             SourceEvent::Link(body) => FromBridge::Link(LinkBody { source, ..body }),
-            // What it means for driving is known here.
+            // Only the hub uses it, to tell when a manoeuvre is over.
             SourceEvent::Busy { .. } => return None,
             SourceEvent::Device {
                 state,

@@ -1,10 +1,10 @@
 //! The geofence of a bridge that maps: where the robot is in the map, and what that allows.
 //!
-//! In: the poses that the mapper finds, odometry, and commands. Out: commands that stay within, and
-//! how the robot stands to its fence.
+//! In: the poses that the mapper finds, odometry, and commands. Out: commands that stay within the
+//! fence, and its state.
 //!
-//! A pose counts while it is localised and not older than [`LONGEST`]; in between the odometry
-//! carries it on. A mapper that is busy for longer lets the robot stand until it is done.
+//! A pose counts while it is localised and not older than [`LONGEST`]; until the next one, odometry
+//! carries it on. If the mapper is busy for longer, the robot stands until it is done.
 
 use std::time::Duration;
 
@@ -14,12 +14,12 @@ use crate::robot::{Command, Odometry, RobotModel};
 use crate::wire::CarriedPose;
 use crate::wire::message::{FenceState, PoseBody, PoseState};
 
-/// An older pose is none, s.
+/// A pose older than this does not count, s.
 const LONGEST: f64 = 2.0;
-/// Speeds are averaged over so long, s.
+/// Speeds are averaged over this time, s.
 const RUNS: f64 = 0.1;
-/// A robot that was held back is told to be so for so long at least: at a border it is, and is not,
-/// many times a second.
+/// Least time for which a robot that was held back is reported as such: at a border, being held and
+/// not being held alternate many times a second.
 const HELD_FOR: Duration = Duration::from_secs(1);
 
 /// See the module.
@@ -32,7 +32,7 @@ pub(super) struct Fence {
 }
 
 impl Fence {
-    /// Of a robot that may go everywhere.
+    /// An empty fence: the robot may go everywhere.
     pub(super) fn new(model: RobotModel) -> Self {
         Self {
             guard: FenceGuard::new(model, Geofence::default(), FenceConfig::default()),
@@ -46,7 +46,7 @@ impl Fence {
         self.guard.fence()
     }
 
-    /// Another fence; what is under way is looked at with the next odometry.
+    /// Replaces the fence; the command under way is checked at the next odometry.
     pub(super) fn set(&mut self, fence: Geofence) {
         let under_way = self.guard.wish();
         self.guard = FenceGuard::new(self.model, fence, FenceConfig::default());
@@ -55,7 +55,7 @@ impl Fence {
         self.look(0.0);
     }
 
-    /// Takes where the mapper found the robot.
+    /// Takes the pose at which the mapper found the robot.
     pub(super) fn pose(&mut self, body: &PoseBody) -> Option<Command> {
         let state = match body.state {
             PoseState::Localised => PoseState::Localised,
@@ -65,7 +65,7 @@ impl Fence {
         self.look(0.0)
     }
 
-    /// Takes a motion; says what to tell the robot now, where that is no longer what it was.
+    /// Takes a motion; returns the command that the robot must get now, if it has changed.
     pub(super) fn odometry(&mut self, odometry: &Odometry) -> Option<Command> {
         self.pose.odometry(odometry);
         self.look(odometry.motion.x())
@@ -88,12 +88,12 @@ impl Fence {
         self.guard.stopped();
     }
 
-    /// Whether it keeps a robot from being armed: it is not known where that is.
+    /// Whether it keeps the robot from being armed: there is a fence, and the pose is unknown.
     pub(super) fn is_lost(&self) -> bool {
         !self.fence().is_empty() && !self.guard.is_placed()
     }
 
-    /// How the robot stands to it.
+    /// Where the robot is relative to it, and whether it holds the robot back.
     pub(super) fn state(&mut self, now: Duration) -> FenceState {
         let holds_back = self.guard.holds_back();
         if holds_back {

@@ -1,13 +1,15 @@
-//! Manoeuvres: legs, turns and sweeps. Whoever gave one learns when it is over, whatever ends it.
+//! Manoeuvres: legs, turns and sweeps. The client that gave one learns when it is over, however it
+//! ends.
 //!
-//! In: driving messages as the rules judged them, and what the robot's source reports. Out:
+//! In: driving messages after the rules have judged them, and what the robot's source reports. Out:
 //! [`ManoeuvreBody`].
 //!
-//! 1. A message that gives a manoeuvre is followed by the order that the rules and safe mode made
-//!    of it. If that is a manoeuvre too, it began; else its sender learns at once that it is over.
-//! 2. The source reports whether its robot is busy, and after which order: what it reports after
-//!    the manoeuvre's own order counts.
-//! 3. A link that goes ends the manoeuvre, and so does another manoeuvre.
+//! 1. A message that gives a manoeuvre leads to the order that the rules and safe mode make of it.
+//!    If that order is a manoeuvre too, the manoeuvre has begun; otherwise its sender learns at
+//!    once that it is over.
+//! 2. The source reports whether its robot is busy, and after which order: only what it reports
+//!    after the manoeuvre's own order counts.
+//! 3. The manoeuvre also ends when the link is lost, and when another manoeuvre begins.
 
 use crate::wire::message::{FromBridge, ManoeuvreBody};
 
@@ -34,8 +36,8 @@ impl Manoeuvre {
 }
 
 impl Hub {
-    /// A client gave a manoeuvre; `order` is the number of the robot's order, if that is a
-    /// manoeuvre.
+    /// A client gave a manoeuvre; `order` is the number of the robot's order, if that order is a
+    /// manoeuvre too.
     pub(super) fn manoeuvre_given(&mut self, client: ClientId, sequence: u32, order: Option<u64>) {
         let manoeuvre = Manoeuvre {
             client,
@@ -43,7 +45,7 @@ impl Hub {
             order: order.unwrap_or(0),
         };
         if order.is_none() {
-            // The one under way goes on.
+            // A manoeuvre already under way goes on.
             return self.send(client, manoeuvre.message(false));
         }
         self.end_manoeuvre();

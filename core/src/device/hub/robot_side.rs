@@ -11,37 +11,37 @@ use super::fence::Fence;
 use crate::device::safety::plausible::Plausible;
 use crate::device::source::{self, Order, Profile, SourceEvent};
 
-/// What is known of the robot that takes commands: the first source that has one.
+/// What is known of the robot that takes commands: that of the first source that takes orders.
 #[derive(Clone, Debug)]
 pub(super) struct RobotSide {
     /// Which source takes the orders.
     pub(super) source: Option<usize>,
     model: Option<RobotModel>,
     safe_mode: Option<SafeMode>,
-    /// As it was before the first reading; a link that comes back begins with it.
+    /// Safe mode as it was before the first reading; it is restored when the link comes back.
     fresh: Option<SafeMode>,
-    /// Of a bridge that maps.
+    /// Only if the bridge maps.
     pub(super) fence: Option<Fence>,
     pub(super) plausible: Plausible,
-    /// Newest stamp, and when it came.
+    /// Newest stamp, and when it arrived.
     pub(super) newest: (Stamp, Duration),
     is_up: bool,
-    /// When a sensor that scans all the time was heard last; none before it was heard at all.
+    /// When a sensor that scans all the time was last heard; none before it was heard at all.
     scanned: Option<Duration>,
     scans_on_command: bool,
 }
 
-/// Without a scan for so long a sensor is silent: a few revolutions of the slowest lidar.
+/// A sensor is silent after this time without a scan: a few revolutions of the slowest lidar.
 const SILENT: Duration = Duration::from_secs(2);
 
 /// What an event means for driving.
 #[derive(Debug, Default)]
 pub(super) struct Consequence {
-    /// The robot's link came up or went.
+    /// The robot's link came up or was lost.
     pub(super) link: Option<bool>,
     /// The robot must not go on.
     pub(super) fault: Option<DisarmReason>,
-    /// What is under way is no longer safe; this is.
+    /// The command under way is no longer safe; this one is.
     pub(super) correction: Option<Command>,
 }
 
@@ -72,14 +72,14 @@ impl RobotSide {
         self.model
     }
 
-    /// Whether a sensor that was heard, and scans all the time, has fallen silent. One that was
-    /// never heard may be none.
+    /// Whether a sensor that scans all the time was heard and has fallen silent. One that was never
+    /// heard may not exist.
     pub(super) fn is_blind(&self, now: Duration) -> bool {
         let is_late = |at: Duration| now.saturating_sub(at) > SILENT;
         !self.scans_on_command && self.scanned.is_some_and(is_late)
     }
 
-    /// The order as far as it is safe.
+    /// Limits the order to what is safe.
     pub(super) fn limit(&mut self, order: Order) -> Order {
         let Order::Command(command) = order else {
             if let Some(safe_mode) = &mut self.safe_mode {
@@ -97,8 +97,8 @@ impl RobotSide {
         Order::Command(self.safe(within))
     }
 
-    /// What stays within the fence, as far as nothing stands in the way; easing off something does
-    /// not lead out either.
+    /// Limits a command that stays within the fence to what obstacles allow; what safe mode makes
+    /// of it must stay within the fence, too.
     fn safe(&mut self, within: Command) -> Command {
         let Some(safe_mode) = &mut self.safe_mode else {
             return within;
@@ -114,14 +114,14 @@ impl RobotSide {
         }
     }
 
-    /// Takes where the robot is in the bridge's map; says what is safe now, where what is under way
-    /// no longer is.
+    /// Takes where the robot is in the bridge's map; returns a safe command if the one under way no
+    /// longer is.
     pub(super) fn pose(&mut self, body: &PoseBody) -> Option<Command> {
         let now = self.fence.as_mut()?.pose(body)?;
         Some(self.safe(now))
     }
 
-    /// Takes an event. Scans count from whatever source: the lidar may be another than the robot.
+    /// Takes an event. Scans of every source count: the lidar may be a device of its own.
     pub(super) fn event(&mut self, now: Duration, source: u8, event: &SourceEvent) -> Consequence {
         let mut consequence = Consequence::default();
         if let SourceEvent::Scan(scan) = event {
@@ -176,7 +176,7 @@ impl RobotSide {
         (was_up != is_up).then_some(is_up)
     }
 
-    /// A robot that came back may have been carried away, and its clock begins at 0.
+    /// A robot that came back may have been carried elsewhere, and its clock starts at 0.
     fn begin_anew(&mut self) {
         self.safe_mode = self.fresh.clone();
         self.plausible = Plausible::default();

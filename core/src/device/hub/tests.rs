@@ -1,5 +1,5 @@
-//! The hub, whoever's it is: in any order of events, messages and time, against a bystander who
-//! sees what goes in and comes out.
+//! The hub, alone and with events, messages and time in any order, against a bystander that sees
+//! what goes in and comes out.
 
 mod any_order;
 mod geofence;
@@ -49,7 +49,7 @@ fn link(state: LinkState) -> SourceEvent {
     SourceEvent::Link(LinkBody::new(state))
 }
 
-/// A sweep that sees walls far off, all around.
+/// A sweep that sees distant walls all around.
 fn far_walls(stamp: Stamp) -> SourceEvent {
     let beams = 90;
     SourceEvent::Scan(Scan {
@@ -90,7 +90,7 @@ fn header(sequence: u32) -> Header {
     }
 }
 
-/// A robot that stands in the open, and a client that armed it; at 10 ms.
+/// A robot that stands in the open and a client that has armed it, at 10 ms.
 fn armed() -> (Hub, ClientId) {
     let mut hub = hub();
     let now = at(10);
@@ -162,8 +162,8 @@ fn heartbeats_come_each_second_and_ten_times_a_second_to_the_driver() {
     assert_eq!(counts[&driver], 110);
 }
 
-/// Faults are of a robot that may move: one that is carried about disarmed presses its bumpers, and
-/// nobody needs to know.
+/// Only a robot that may move has faults: one that is carried about disarmed presses its bumpers,
+/// and nobody needs to know.
 #[test]
 fn a_fault_counts_while_the_robot_is_armed() {
     let bump = |hub: &mut Hub| {
@@ -211,7 +211,7 @@ fn a_manoeuvre_is_over_when_the_robot_rests_after_its_order_and_not_before() {
         hub.event(at(30), ROBOT, SourceEvent::Busy { busy, after });
         assert_eq!(manoeuvres(&actions(&mut hub)), expect);
     }
-    // A lidar rests as well, and that means nothing.
+    // A lidar is not busy either, and that means nothing.
     hub.message(
         at(40),
         at(40),
@@ -226,7 +226,7 @@ fn a_manoeuvre_is_over_when_the_robot_rests_after_its_order_and_not_before() {
     assert_eq!(manoeuvres(&actions(&mut hub)), [(4, false)]);
 }
 
-/// The one under way goes on, and nobody else hears of what was refused.
+/// The manoeuvre under way goes on, and nobody else hears of the refused one.
 #[test]
 fn a_manoeuvre_that_is_refused_is_over_at_once() {
     let (mut hub, driver) = armed();
@@ -327,7 +327,7 @@ fn refused(hub: &mut Hub) -> Option<RefusalReason> {
     })
 }
 
-/// Takes the lease and arms; why not.
+/// Takes the lease and arms; returns the reason if that is refused.
 fn arm(hub: &mut Hub, now: Duration, client: ClientId) -> Option<RefusalReason> {
     actions(hub);
     let force = false;
@@ -352,7 +352,7 @@ fn a_part_of_the_bridge_arms_only_what_a_lost_link_disarmed() {
     assert!(hub.safety.is_armed());
     let watcher = hub.join("watcher".to_owned(), of_role(Role::Watcher));
     hub.message(at(40), at(40), watcher, header(1), ToBridge::Stop);
-    // Its own lease runs out meanwhile: that makes no stop undone.
+    // Its own lease runs out meanwhile, which does not undo a stop.
     hub.tick(at(3000));
     assert_eq!(hub.safety.reason(), DisarmReason::LeaseExpired);
     hub.event(at(3000), LIDAR, far_walls(Stamp(3_000_000)));
@@ -362,7 +362,8 @@ fn a_part_of_the_bridge_arms_only_what_a_lost_link_disarmed() {
         "a person arms it again"
     );
 
-    // Nor does a driver who goes after the stop. Who looks now and then sees only that.
+    // Nor does it undo the stop when a driver leaves after it, although the reason then shows only
+    // that.
     let driver = hub.join("driver".to_owned(), of_role(Role::Driver));
     let take = ToBridge::Take { force: true };
     hub.message(at(3020), at(3020), driver, header(1), take.clone());
@@ -376,7 +377,7 @@ fn a_part_of_the_bridge_arms_only_what_a_lost_link_disarmed() {
         "it stood already when the driver went"
     );
 
-    // A right that is taken away ends what is done by it.
+    // If a right is taken away, what was done by it ends.
     let driver = hub.join("driver".to_owned(), of_role(Role::Driver));
     hub.message(at(3070), at(3070), driver, header(1), take);
     assert_eq!(arm(&mut hub, at(3080), driver), None);

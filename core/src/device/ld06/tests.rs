@@ -1,4 +1,4 @@
-//! An LD06 in a round room, and all that can be wrong with it.
+//! An LD06 in a round room, and everything that can go wrong with it.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +10,7 @@ use crate::geom::Pose2;
 use crate::robot::Scan;
 use crate::wire::ld06::{LEN, Reading};
 
-/// A sensor in a round room of 2 m at 10 Hz: 450 readings a turn, 4500 a second.
+/// A sensor at 10 Hz in a round room of 2 m: 450 readings a turn, 4500 a second.
 fn packets(count: usize) -> impl Iterator<Item = Packet> {
     (0..count).map(|k| {
         let angle = |reading: usize| ((k * READINGS + reading) * 80 % 36_000) as u16;
@@ -33,7 +33,7 @@ fn opened() -> Lidar<Ld06> {
     lidar
 }
 
-/// Hands these bytes over in pieces of 10 ms; gives the events.
+/// Passes these bytes on in pieces of 10 ms; returns the events.
 fn listen(lidar: &mut Lidar<Ld06>, bytes: &[u8], from: f64, seconds: f64) -> Vec<SourceEvent> {
     let mut events = vec![];
     let pieces = (seconds * 100.0).round() as usize;
@@ -60,7 +60,7 @@ fn scans(events: &[SourceEvent]) -> Vec<&Scan> {
     scans.collect()
 }
 
-/// The last state that was reported, with its sentence.
+/// The last state reported, with its sentence.
 fn last_state(events: &[SourceEvent]) -> Option<(DeviceState, &str)> {
     let state = |event| match event {
         &SourceEvent::Device {
@@ -116,8 +116,8 @@ fn each_fault_has_its_name_and_ends_by_itself() {
     let events = listen(lidar, &bytes, 9.3, 1.0);
     assert!(scans(&events).len() >= 8);
     assert_eq!(last_state(&events), Some((DeviceState::Sending, "")));
-    // The plug is pulled in the middle of a turn: silence, though packets came since the last scan.
-    // The first of these packets ends the turn before.
+    // The plug is pulled in the middle of a turn: this is silence, although packets arrived since
+    // the last scan. The first of these packets ends the turn before.
     let events = listen(lidar, &bytes[..20 * LEN], 10.3, 0.05);
     assert_eq!(scans(&events).len(), 1);
     let events = listen(lidar, &[], 10.35, 3.1);

@@ -1,41 +1,42 @@
 //! From single readings of a turning lidar to whole revolutions.
 //!
-//! In: readings in the order in which they were taken, angles clockwise as the wire has them. Out:
-//! one [`Scan`] a turn, angles counter-clockwise, beams evenly spaced in time as [`Scan`] promises.
+//! In: readings in the order in which they were taken, angles clockwise as on the wire. Out: one
+//! [`Scan`] per turn, angles counter-clockwise, beams evenly spaced in time as [`Scan`] promises.
 //!
-//! 1. A reading far from the one before it waits until the next one confirms it; else it was
+//! 1. A reading far from the one before it waits until the next one confirms it; otherwise it was
 //!    damaged on the wire and is dropped. So one wrong angle costs one reading.
-//! 2. The turn ends where the angle passes the seam, by default behind the sensor, where an object
-//!    is least likely to be cut in two by it. The start flag on the wire is not used: one flipped
-//!    bit would join or split turns.
-//! 3. Where readings were lost, invalid beams (NaN) take their places, so that the instants of the
-//!    others stay right. A turn that lost more than a part is not handed on.
-//! 4. Bearing = -angle. A lidar that turns clockwise gives falling bearings: the order is that of
+//! 2. The turn ends where the angle passes the seam, which lies behind the sensor: there it is
+//!    least likely to cut an object in two. The start flag on the wire is not used, because one
+//!    flipped bit would join or split turns.
+//! 3. Invalid beams (NaN) replace lost readings, which keeps the instants of the others right. A
+//!    turn that lost more than a certain part is dropped.
+//! 4. Bearing = -angle. A lidar that turns clockwise gives decreasing bearings: beams are ordered
+//!    by time.
 //!    time.
 //! 5. The scan has qualities where every reading had one. An express scan of an RPLIDAR has none.
 //!
-//! Distance 0 and too little quality are invalid: they say nothing, not even that the way is free.
-//! A range beyond the greatest that is trusted is a no-return (infinite): up to there it was free.
+//! Distance 0 and too low a quality are invalid: they say nothing, not even that the space is free.
+//! A range beyond the greatest trusted one is a no-return (infinite): up to there, space is free.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::geom::{Pose2, wrap};
 use crate::robot::{Place, Scan, Stamp, places_of_revolution};
 
-/// A reading farther on than this from the one before it must be confirmed, rad (10°); so must one
-/// farther back.
+/// A reading more than this ahead of the one before it, or behind it, must be confirmed, rad (10°).
 const SURE_STEP: f64 = 10.0 * PI / 180.0;
 /// σ of the bearing, rad.
 const BEARING_SIGMA: f64 = 0.001;
-/// Readings of less quality are invalid; greater drops weak echoes, those of far and dark surfaces.
+/// Readings of lower quality are invalid; greater drops weak echoes, those of far and dark
+/// surfaces.
 const LEAST_QUALITY: u8 = 1;
 /// Where a turn ends, rad, clockwise from the sensor's x axis: behind it.
 const SEAM: f64 = PI;
-/// A turn that lost more than this part of its readings is dropped; greater lets sparser scans
-/// through.
+/// A turn that lost more than this part of its readings is dropped; greater lets through sparser
+/// scans.
 const MOST_LOST: f64 = 0.5;
-/// More readings without a seam mean that the sensor does not turn: no lidar of this kind takes as
-/// many in one.
+/// More readings without a seam mean that the sensor does not turn: no lidar of this kind takes
+/// this many in one turn.
 const MOST_BEAMS: usize = 20_000;
 
 /// One reading of a turning lidar.
@@ -45,7 +46,7 @@ pub struct Sample {
     pub angle: f64,
     /// Range, m; 0 means invalid.
     pub range: f64,
-    /// Quality, in the sensor's own unit; `None` where it tells none.
+    /// Quality, in the sensor's own unit; `None` if it gives none.
     pub quality: Option<u8>,
     /// Seconds since the reading before it, by the sensor's own figures.
     pub interval: f64,
@@ -62,11 +63,11 @@ pub struct Figures {
     pub max_range: f64,
     /// σ of the range at no distance, m.
     pub sigma: f64,
-    /// Growth of that σ with the distance, m/m.
+    /// Growth of that σ with distance, m/m.
     pub sigma_per_metre: f64,
 }
 
-/// Puts readings together to revolutions.
+/// Assembles readings into revolutions.
 #[derive(Clone, Debug)]
 pub struct Revolutions {
     figures: Figures,
@@ -104,9 +105,9 @@ impl Revolutions {
         }
     }
 
-    /// Takes a reading; gives the turn that it ends.
+    /// Takes a reading; returns the turn that it ends.
     ///
-    /// A reading with an angle, range or interval that is not finite is dropped as a lost one.
+    /// A reading whose angle, range or interval is not finite is dropped and counts as lost.
     pub fn push(&mut self, sample: Sample) -> Option<Scan> {
         if !(sample.angle.is_finite() && sample.range.is_finite() && sample.interval.is_finite()) {
             return None;
@@ -123,14 +124,14 @@ impl Revolutions {
         if wrap(sample.angle - waiting.angle).abs() > SURE_STEP {
             return None;
         }
-        // Two that agree: readings were lost before them. The sensor turns one way only.
+        // The two agree, so readings were lost before them. The sensor turns one way only.
         self.unconfirmed = None;
         let ended = self.take_after_gap(turned, waiting);
         let turned = self.turned.unwrap_or(turned);
         ended.or(self.take(turned, sample))
     }
 
-    /// Forgets the turn under way: after a break its parts do not belong together.
+    /// Drops the turn under way: after a break, its parts do not belong together.
     pub fn restart(&mut self) {
         self.beams.clear();
         self.turned = None;
@@ -183,7 +184,7 @@ impl Revolutions {
         ended
     }
 
-    /// Range and σ as a scan has them.
+    /// Range and σ as a scan holds them.
     fn read(&self, sample: &Sample) -> (f32, f32) {
         let figures = &self.figures;
         let sigma = |range: f64| (figures.sigma + figures.sigma_per_metre * range) as f32;
@@ -222,7 +223,7 @@ impl Revolutions {
     }
 }
 
-/// The beams of a turn, with invalid ones in the places of those that are missing.
+/// The beams of a turn, with invalid ones in place of missing ones.
 fn with_gaps_filled(beams: &[Beam]) -> Vec<Beam> {
     let turned: Vec<f64> = beams.iter().map(|beam| beam.turned).collect();
     let places = places_of_revolution(&turned).into_iter();

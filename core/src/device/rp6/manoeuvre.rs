@@ -1,4 +1,4 @@
-//! What is under way: kept alive, acknowledged, and reported when it is over.
+//! The motion under way: kept alive, acknowledged, and reported when it is over.
 
 use crate::robot::Stamp;
 use crate::wire::rp6;
@@ -30,7 +30,7 @@ impl Rp6 {
         }
     }
 
-    /// Reports whether a manoeuvre is under way, where that was not said yet.
+    /// Reports whether a manoeuvre is under way, if that was not yet reported.
     pub(super) fn report_busy(&mut self) {
         let motion = self.robot.as_ref().map(|robot| robot.motion);
         let busy = matches!(motion, Some(Motion::Manoeuvre(_)));
@@ -39,7 +39,7 @@ impl Rp6 {
         }
     }
 
-    /// Signs of life while under way, and a stop where the driver is gone.
+    /// Keep-alives while under way, and a stop if the driver is gone.
     pub(super) fn keep_alive(&mut self, now: Stamp) {
         let Some(robot) = &mut self.robot else {
             return;

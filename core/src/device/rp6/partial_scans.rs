@@ -1,19 +1,19 @@
-//! Partial scans of an RP6 that moves: its servo goes to and fro meanwhile.
+//! Partial scans of an RP6 that moves: its servo turns to and fro meanwhile.
 //!
-//! 1. While the tracks run on an order, the servo gets a sweep of one position after the other
-//!    ([`RangerModel::PARTIAL_SCAN`]), each when telemetry says that it rests: all rangers are read
-//!    there. Their readings are a partial scan.
-//! 2. From the first of them until a sweep that somebody wants is acknowledged, whatever the
-//!    rangers say belongs to partial scans.
+//! 1. While the tracks run on an order, the servo gets one sweep of a single position after another
+//!    ([`RangerModel::PARTIAL_SCAN`]), each when telemetry says that it rests. All rangers are read
+//!    there; their readings are a partial scan.
+//! 2. From the first of them until a whole sweep is acknowledged, all readings of the rangers
+//!    belong to partial scans.
 //!
-//! The simulated rangers point to the same places.
+//! The simulated rangers point to the same positions.
 
 use crate::robot::{RangerModel, Stamp};
 use crate::wire::rp6::{Command, Telemetry};
 
 use super::Rp6;
 
-/// One that does not show in the telemetry so long after it was ordered is ordered again, s.
+/// If it does not show in the telemetry within this time after its order, it is ordered again, s.
 const UNHEARD: f64 = 0.3;
 
 /// How far the partial scans have come.
@@ -21,9 +21,9 @@ const UNHEARD: f64 = 0.3;
 pub(super) struct PartialScans {
     /// The robot was commanded to move.
     pub(super) moves: bool,
-    /// Place in [`RangerModel::PARTIAL_SCAN`].
+    /// Index into [`RangerModel::PARTIAL_SCAN`].
     number: usize,
-    /// When one was ordered that has not shown yet.
+    /// When the one was ordered that has not yet shown in the telemetry.
     ordered: Option<Stamp>,
 }
 
@@ -63,7 +63,7 @@ impl Rp6 {
             return;
         };
         sweeps.begin_partial();
-        // Not `give`: nobody waits for its acknowledgement.
+        // Not `give`: nothing waits for its acknowledgement.
         if let Err(error) = self.link.command(command, now) {
             let text = format!("{command:?} not taken: {error}");
             self.report.note(super::Weight::Detail, text);

@@ -1,4 +1,4 @@
-//! An RP6 that answers: what is remembered of it until its link breaks.
+//! An RP6 that answers: what is remembered of it until its link is lost.
 
 use crate::robot::Stamp;
 use crate::wire::ClockMap;
@@ -7,12 +7,12 @@ use crate::wire::rp6::{self, Hello, Odometer, Report, Telemetry};
 use super::partial_scans::PartialScans;
 use super::sweeps::Sweeps;
 
-/// Seconds without an order to move before one counts, where some came before the robot was up.
+/// Pause in orders to move before one counts, if some arrived before the robot was up, s.
 const CALM: f64 = 0.3;
 
-/// Telemetry that comes so long after a manoeuvre was acknowledged was measured after it began, s.
+/// Telemetry this long after a manoeuvre was acknowledged was measured after it began, s.
 const BEGUN: f64 = 0.1;
-/// A manoeuvre that has not shown in the telemetry so long after it was given never will, s.
+/// A manoeuvre that does not show in the telemetry this long after its order never will, s.
 const NEVER: f64 = 1.0;
 
 /// A robot that answers.
@@ -20,22 +20,22 @@ const NEVER: f64 = 1.0;
 pub(super) struct Robot {
     pub(super) odometer: Odometer,
     pub(super) motion: Motion,
-    /// Since when the robot is known to have the manoeuvre.
+    /// Since when the robot is known to have received the manoeuvre.
     pub(super) manoeuvre_acknowledged: Option<Stamp>,
-    /// Since when there was no order to move, and whether that has been long enough.
+    /// Start of the pause in orders to move, and whether it has been long enough.
     pub(super) calm_since: Stamp,
     pub(super) is_calm: bool,
     pub(super) last_alive: Stamp,
     pub(super) last_reported: Stamp,
     pub(super) bumpers: [bool; 2],
-    /// The last command that is acknowledged, and when it was given.
+    /// The last command that needs an acknowledgement, and when it was given.
     pub(super) asked: Option<(rp6::Command, Stamp)>,
     /// Time of the last telemetry by the robot's clock: wrapped and not.
     pub(super) time: (u32, Stamp),
     pub(super) clock: ClockMap,
     /// End of the last odometry on the bridge's clock.
     pub(super) last_end: Option<Stamp>,
-    /// None where it has no rangers.
+    /// None if it has no rangers.
     pub(super) sweeps: Option<Sweeps>,
     pub(super) partial_scans: PartialScans,
 }
@@ -44,14 +44,14 @@ pub(super) struct Robot {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Motion {
     None,
-    /// At these speeds; given at this time.
+    /// At a speed, ordered at this time.
     Speed(Stamp),
-    /// Some way, angle or sweep; given at this time.
+    /// A distance, an angle or a sweep, ordered at this time.
     Manoeuvre(Stamp),
 }
 
 impl Robot {
-    /// A robot that just said hello; `ordered` is when it was ordered to move last.
+    /// A robot that just said hello; `ordered` is the time of the last order to move.
     pub(super) fn new(
         hello: &Hello,
         sweeps: Option<Sweeps>,
@@ -76,8 +76,8 @@ impl Robot {
         }
     }
 
-    /// The robot's time `millis`, near that of its last telemetry, on the bridge's clock; it wraps
-    /// after 49 days.
+    /// Converts the robot's time `millis`, which is near that of its last telemetry and wraps after
+    /// 49 days, to the bridge's clock.
     pub(super) fn host_time(&self, millis: u32) -> Option<Stamp> {
         let (of_telemetry, stamp) = self.time;
         let later = millis.wrapping_sub(of_telemetry).cast_signed();
@@ -85,7 +85,7 @@ impl Robot {
         self.clock.host_time(stamp)
     }
 
-    /// Whether telemetry that says that the robot stands means that its manoeuvre is over.
+    /// Whether telemetry of a standing robot means that its manoeuvre is over.
     pub(super) fn may_be_done(&self, now: Stamp) -> bool {
         let is_long_ago = |since: Stamp, seconds| now.since(since) > seconds;
         match self.motion {
@@ -98,8 +98,8 @@ impl Robot {
         }
     }
 
-    /// Whether an order to move counts: not one that was being repeated all along while the robot
-    /// came back.
+    /// Whether an order to move counts: it does not if it was being repeated all along while the
+    /// robot came back.
     pub(super) fn may_move(&mut self, now: Stamp) -> bool {
         self.is_calm |= now.since(self.calm_since) >= CALM;
         if !self.is_calm {
@@ -109,7 +109,7 @@ impl Robot {
     }
 }
 
-/// Seconds that a telemetry takes on the line: ten bits a byte.
+/// Seconds that a telemetry frame takes on the line: ten bits a byte.
 fn telemetry_delay() -> f64 {
     let bytes = rp6::encode(0, &Report::Telemetry(Telemetry::default())).len();
     10.0 * bytes as f64 / f64::from(super::Rp6::BAUD_RATE)

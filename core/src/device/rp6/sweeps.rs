@@ -4,16 +4,16 @@
 //!    the next, or when telemetry says that the servo rests.
 //! 2. A scan holds only what was seen from one place: a sweep during which the tracks ran is
 //!    dropped.
-//! 3. Sweeps of one position, which a robot that drives gets ([`super::partial_scans`]), are
-//!    partial scans.
+//! 3. Sweeps of a single position, which are ordered while the robot drives
+//!    ([`super::partial_scans`]), are partial scans.
 //!
-//! The rangers are taken to be the long ones that the simulated robot has; their characteristic is
+//! The rangers are assumed to be the long ones of the simulated robot; their characteristic is
 //! fitted to the same pairs.
 
 use crate::robot::{CharacteristicError, RangerModel, Scan};
 use crate::wire::rp6::{Hello, Ranger, RangerScans, Telemetry};
 
-/// Counts of a track, about 5 mm, beyond which the robot did not stand.
+/// If a track moved by more counts than this, about 5 mm, the robot did not stand.
 const STOOD: u32 = 20;
 
 /// Readings of the sweep under way.
@@ -22,7 +22,7 @@ pub(super) struct Sweeps {
     scans: RangerScans,
     /// Counts of the tracks at the first telemetry of the sweep.
     began: Option<[i32; 2]>,
-    /// What is read belongs to partial scans.
+    /// The readings belong to partial scans.
     are_partial: bool,
 }
 
@@ -31,14 +31,14 @@ pub(super) struct Sweeps {
 pub(super) enum Swept {
     /// All round, from one place.
     Scan(Scan),
-    /// A few readings on the move.
+    /// A few readings while moving.
     PartialScan(Scan),
 }
 
 impl Sweeps {
-    /// For the rangers that the robot says it has; `None` where it has none.
+    /// For the rangers that the robot reports; `None` if it has none.
     ///
-    /// # Errors    Where the calibration settles no characteristic.
+    /// # Errors    If the calibration does not determine a characteristic.
     pub(super) fn of(hello: &Hello) -> Result<Option<Self>, CharacteristicError> {
         if hello.ranger_angles_mrad.is_empty() {
             return Ok(None);
@@ -50,28 +50,28 @@ impl Sweeps {
         }))
     }
 
-    /// What is read from here on belongs to partial scans.
+    /// Readings from here on belong to partial scans.
     pub(super) fn begin_partial(&mut self) {
         self.are_partial = true;
     }
 
-    /// The robot has taken an order to sweep all round: what was read before does not count.
+    /// The robot has accepted a whole sweep: earlier readings do not count.
     pub(super) fn begin_sweep(&mut self) {
         if std::mem::take(&mut self.are_partial) {
             self.scans.spoil();
-            // Where the tracks were in a partial scan says nothing of where it stands now.
+            // The counts of a partial scan say nothing about where the robot stands now.
             self.began = None;
         }
     }
 
-    /// Takes a reading; gives the sweep before, where this one begins another. Stamps are in the
-    /// robot's time, ms.
+    /// Takes a reading; returns the previous sweep if this reading begins another. Stamps are in
+    /// the robot's time, ms.
     pub(super) fn reading(&mut self, reading: &Ranger) -> Option<Swept> {
         let scan = self.scans.take(reading)?;
         Some(self.swept(scan))
     }
 
-    /// Takes what the robot says of itself; gives the sweep that it ends.
+    /// Takes the robot's telemetry; returns the sweep that it ends.
     pub(super) fn telemetry(&mut self, telemetry: &Telemetry) -> Option<Swept> {
         if !telemetry.state.sweeping() {
             self.began = None;

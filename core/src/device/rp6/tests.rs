@@ -8,7 +8,7 @@ use crate::wire::rp6::{CommandResult, Decoder, Report as Said, State, encode};
 use super::*;
 
 const SWEEPING: State = State(1 << 3);
-/// The host's clock, where the robot's is 0.
+/// The host's time at the robot's time 0.
 const HOST_AT_0: f64 = 10.0;
 
 /// The device, and the robot at the other end of its line.
@@ -43,7 +43,7 @@ impl Pair {
         pair
     }
 
-    /// Hears what was written, and acknowledges it.
+    /// Reads what was written, and acknowledges it.
     fn hear(&mut self) {
         while let Some(want) = self.device.next_want() {
             match want {
@@ -143,7 +143,7 @@ fn a_sweep_becomes_a_scan_on_the_bridges_clock_when_the_servo_rests() {
             "{range} for {wall}"
         );
     }
-    // The line's own time for a telemetry is known and subtracted; here it took none.
+    // The line's own delay for a telemetry frame is known and subtracted; here it took none.
     let host = HOST_AT_0 + 1e-3 * f64::from(last);
     assert!(
         (scan.stamp.seconds() - host).abs() < 0.02,
@@ -174,7 +174,7 @@ fn partial_scans(pair: &mut Pair) -> Vec<Scan> {
     reported.filter_map(partial).collect()
 }
 
-/// Where the servo was sent since the last time, mrad.
+/// Where the servo was sent since the last call, mrad.
 fn pointed(pair: &mut Pair) -> Vec<i16> {
     pair.hear();
     let given = std::mem::take(&mut pair.given).into_iter();
@@ -210,8 +210,8 @@ fn a_robot_that_drives_makes_partial_scans_to_and_fro_which_are_no_scans() {
         assert!((scan.bearings[0] - bearing).abs() < 1e-9 && scan.len() == 1);
         assert!((f64::from(scan.ranges[0]) - 0.5).abs() < 0.05);
     }
-    // It stands, and sweeps all round: what the servo still reads of a partial scan is no part of
-    // that, nor does it matter where the tracks were then.
+    // It stands, and sweeps all round: readings still coming from a partial scan do not belong to
+    // that sweep, and it does not matter where the tracks were then.
     let _ = pointed(&mut pair);
     pair.telemetry(moving_and_sweeping, [500; 2]);
     order(&mut pair, Command::Stop);
@@ -231,7 +231,7 @@ fn a_robot_that_drives_makes_partial_scans_to_and_fro_which_are_no_scans() {
 
 const MOVING: State = State(1 << 2);
 
-/// What was reported of being busy since the last time, each change once.
+/// What was reported of being busy since the last call, each change once.
 fn busy(pair: &mut Pair) -> Vec<bool> {
     pair.hear();
     let reported = std::mem::take(&mut pair.reported).into_iter();
@@ -257,7 +257,7 @@ fn a_manoeuvre_is_over_when_the_robot_stands_that_has_acknowledged_it() {
     let _ = busy(&mut pair);
     order(&mut pair, Command::Forward(0.3));
     assert_eq!(busy(&mut pair), [true]);
-    // What was measured before it began says nothing of it.
+    // Telemetry measured before it began says nothing about it.
     pair.telemetry(State(0), [0, 0]);
     assert!(busy(&mut pair).is_empty());
     for step in 1..=30 {
@@ -287,8 +287,8 @@ fn a_manoeuvre_ends_with_the_order_that_takes_its_place_and_with_the_link() {
     assert_eq!(busy(&mut pair).last(), Some(&false));
 }
 
-/// Whoever armed a robot that had just come back and held a key at once drove nowhere until the key
-/// was let go.
+/// A driver who armed a robot that had just come back and held a key at once could not drive until
+/// the key was let go.
 #[test]
 fn who_holds_a_key_at_once_drives_and_who_held_it_all_along_does_not() {
     let ahead = Command::Velocity {
@@ -315,7 +315,7 @@ fn who_holds_a_key_at_once_drives_and_who_held_it_all_along_does_not() {
             }
             pair.device.tick(now);
         };
-        // It falls silent, and is greeted when it speaks again.
+        // It falls silent, and is greeted when it sends again.
         for _ in 0..150 {
             step(&mut pair);
         }
@@ -361,8 +361,8 @@ fn a_manoeuvre_that_comes_too_early_is_not_reported_as_over_at_once() {
     );
 }
 
-/// The rules stop a robot whose driver is silent. Should whoever runs them hang, its motors get no
-/// sign of life for much longer.
+/// The rules stop a robot whose driver is silent. If the program that runs them hangs, this keeps
+/// the motors from running on keep-alives for much longer.
 #[test]
 fn a_speed_that_is_not_given_anew_is_ended_after_a_quarter_of_a_second() {
     let mut pair = Pair::up();

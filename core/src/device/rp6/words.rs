@@ -1,4 +1,4 @@
-//! What is wrong with an RP6, in sentences for whoever stands beside it: each with its cure.
+//! Faults of an RP6, in sentences for a person beside it: each with its cure.
 
 use crate::wire::rp6::{self, Down};
 
@@ -8,7 +8,7 @@ pub const NO_PROGRAM: &str =
 /// A boot loader, and perhaps something behind it.
 pub const BOOT_LOADER: &str = "the RP6's boot loader runs; its program is being started";
 
-/// What a broken link means to whoever stands beside the robot.
+/// What a broken link means for a person beside the robot.
 #[must_use]
 pub fn cause_and_cure(why: Down) -> String {
     match why {

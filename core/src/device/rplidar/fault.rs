@@ -1,4 +1,4 @@
-//! What can be wrong with an RPLIDAR: each with its cause and its cure.
+//! What can go wrong with an RPLIDAR: each fault with its cause and its cure.
 
 use crate::wire::rplidar::request::Request;
 
@@ -6,27 +6,27 @@ use crate::wire::rplidar::request::Request;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RplidarFault {
-    /// Not a byte came.
+    /// No byte arrived.
     #[error(
         "the lidar does not answer ({request:?}, 3 tries): no power, or TX and RX are swapped or loose; \
          check the cable and the 5 V supply"
     )]
     NoAnswer {
-        /// What was asked.
+        /// The request.
         request: Request,
     },
-    /// Bytes came, but no answer.
+    /// Bytes arrived, but no answer.
     #[error(
         "{bytes} bytes came, but no answer of an RPLIDAR to {request:?}: wrong baud rate or another device; \
          an A1 speaks at 115200 baud"
     )]
     NotUnderstood {
-        /// What was asked.
+        /// The request.
         request: Request,
-        /// How many bytes came.
+        /// Number of bytes that arrived.
         bytes: u64,
     },
-    /// It protects itself, also after a reset.
+    /// Its protection stop is active, even after a reset.
     #[error(
         "the lidar has stopped itself (health 2, error {error:#06x}), also after a reset: mostly weak power, a thin \
          cable or a blocked head; give it 5 V with 1 A, turn the head by hand, plug it in again; else it is broken"

@@ -1,4 +1,4 @@
-//! An RPLIDAR against a sensor that answers as told: every way to measuring, and every fault.
+//! An RPLIDAR against a scripted sensor: every way to measuring, and every fault.
 
 use std::f64::consts::TAU;
 
@@ -125,7 +125,7 @@ fn opened() -> Lidar<Rplidar> {
     lidar
 }
 
-/// Lets lidar and sensor talk; gives what the lidar wanted, writes aside.
+/// Lets lidar and sensor talk; returns the lidar's wants except writes.
 fn talk(lidar: &mut Lidar<Rplidar>, sensor: &mut Sensor, from: f64, to: f64) -> Vec<Want> {
     let mut wants = vec![];
     for step in 1..=((to - from) * 100.0).round() as u64 {
@@ -159,7 +159,7 @@ fn run(sensor: &mut Sensor, seconds: f64) -> (Lidar<Rplidar>, Vec<Want>) {
     (lidar, wants)
 }
 
-/// The states that were told, each with its sentence.
+/// The states that were reported, each with its sentence.
 fn states(wants: &[Want]) -> Vec<(DeviceState, &str)> {
     let state = |want| match want {
         &Want::Report(SourceEvent::Device {
@@ -180,7 +180,7 @@ fn assert_fault(wants: &[Want], fault: &RplidarFault) {
     assert_eq!(wants.last(), Some(&Want::Reopen));
 }
 
-/// How often it was brought up again for this reason.
+/// How often it was started up again for this reason.
 fn restarts(wants: &[Want], fault: &RplidarFault) -> usize {
     let words = fault.to_string();
     let is_it = |want: &&Want| matches!(want, Want::Note(_, text) if text.starts_with(&words));

@@ -1,28 +1,28 @@
-//! Whether the robot may move, and by whom: the bridge's rules as a state machine, without clock,
-//! socket or thread.
+//! Whether the robot may move, and on whose orders: the bridge's rules as a state machine, without
+//! clock, socket or thread.
 //!
-//! In: what clients ask for, what is known of the robot, and the time ([`Input`]). Out: what to do
-//! about it ([`Output`]).
+//! In: requests of clients, the state of the robot, and the time ([`Input`]). Out: what to do
+//! ([`Output`]).
 //!
-//! 1. One client at a time has the lease. Not used for 2 s, it ends, and so it does when the right
-//!    of its holder is taken away. Taking it from another stops the robot first; an owner's lease
-//!    only an owner takes.
+//! 1. One client at a time has the lease. It ends if it is not used for 2 s, or if the right of its
+//!    holder is taken away. Taking it from another client stops the robot first; only an owner can
+//!    take an owner's lease.
 //! 2. Nothing moves before the client with the lease arms. Whatever goes wrong disarms:
 //!    [`DisarmReason`] lists it.
 //! 3. A driving message counts if its epoch is that of the lease, its sequence is higher than the
-//!    one before, and what its sender had seen is recent. All others are refused, and change
-//!    nothing.
-//! 4. 200 ms after the last one the robot is stopped: with the time that the order takes, it has it
-//!    within 250 ms.
+//!    one before, and the bridge time that its sender had seen is recent. All others are refused
+//!    and change nothing.
+//! 4. 200 ms after the last one the robot is stopped. Including the time that the order takes, the
+//!    robot has it within 250 ms.
 //! 5. Anyone may stop. The emergency stop is latched until the client with the lease resets it,
-//!    which moves nothing. A stop that changes nothing, of a robot that was stopped less than
-//!    100 ms ago, is passed over: whoever repeats it quickly keeps neither robot nor clients busy.
+//!    which moves nothing. A stop that changes nothing, less than 100 ms after the last one, is
+//!    ignored: a client that repeats it quickly keeps neither robot nor clients busy.
 //!
-//! Always: armed implies that somebody has the lease, that the robot's link is up, and that no
+//! Invariant: armed implies that a client has the lease, that the robot's link is up, and that no
 //! emergency stop is latched.
 //!
-//! [`plausible`] finds what disarms in the robot's own readings; [`crate::control::SafeMode`] keeps
-//! commands off obstacles.
+//! [`plausible`] finds reasons to disarm in the robot's own readings; [`crate::control::SafeMode`]
+//! keeps commands away from obstacles.
 
 pub mod plausible;
 mod rules;
@@ -38,13 +38,13 @@ use crate::device::source::Order;
 /// Number of a connection, never used again.
 pub type ClientId = u32;
 
-/// The robot is stopped so long after the last driving message.
+/// The robot is stopped this long after the last driving message.
 pub(super) const WATCHDOG: Duration = Duration::from_millis(200);
-/// A lease ends so long after it was used last.
+/// A lease ends this long after it was last used.
 pub(super) const LEASE: Duration = Duration::from_secs(2);
-/// A stop that changes nothing is not given again before.
+/// A stop that changes nothing is not repeated before this time has passed.
 pub(super) const STOP_AGAIN: Duration = Duration::from_millis(100);
-/// What a sender had seen may never be older, whatever it allows itself.
+/// Greatest age of the bridge time that a sender had seen, whatever `ttl_millis` it gives.
 const LONGEST_TTL: Duration = Duration::from_millis(500);
 
 /// Who asks.
@@ -52,11 +52,11 @@ const LONGEST_TTL: Duration = Duration::from_millis(500);
 pub struct Client {
     /// Number of its connection.
     pub id: ClientId,
-    /// What the right that it has shown is good for.
+    /// The role of the right that it has shown.
     pub role: Role,
 }
 
-/// What happens.
+/// Something that happens.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Input {
     /// A client asks for something, by a message of this sequence.
@@ -65,11 +65,11 @@ pub enum Input {
     Gone(ClientId),
     /// A client's right was taken away.
     Revoked(ClientId),
-    /// The link to the robot came up (`true`) or went.
+    /// The link to the robot came up (`true`) or was lost.
     Robot(bool),
     /// The robot's readings show that it must not go on.
     Fault(DisarmReason),
-    /// The bridge ends.
+    /// The bridge shuts down.
     Shutdown,
     /// Time passed; due at [`Safety::deadline`].
     Tick,
@@ -90,7 +90,7 @@ pub enum Output {
     Changed,
     /// Begin the bridge's own map anew, as this client asked.
     ResetMap(ClientId),
-    /// The robot may be where this client said, from here on.
+    /// From now on, the robot may be where this client said.
     SetGeofence(ClientId),
 }
 
@@ -103,9 +103,9 @@ pub struct Safety {
     is_armed: bool,
     is_emergency: bool,
     reason: DisarmReason,
-    /// When the last driving message counted; none while the robot is to stand.
+    /// When the last driving message counted; none while the robot is to stand still.
     driven: Option<Duration>,
-    /// When a client's stop was given last, to a robot that was not armed since.
+    /// When a client's stop was last given to a robot that has not been armed since.
     stopped: Option<Duration>,
     out: Vec<Output>,
 }
@@ -140,13 +140,13 @@ impl Safety {
         self.is_emergency
     }
 
-    /// Why the robot was disarmed last.
+    /// Why the robot was last disarmed.
     #[must_use]
     pub fn reason(&self) -> DisarmReason {
         self.reason
     }
 
-    /// When a [`Input::Tick`] is due; none while nothing can run out.
+    /// When an [`Input::Tick`] is due; none while nothing can expire.
     #[must_use]
     pub fn deadline(&self) -> Option<Duration> {
         let watchdog = self.driven.map(|at| at + WATCHDOG);
@@ -154,7 +154,7 @@ impl Safety {
         watchdog.into_iter().chain(lease).min()
     }
 
-    /// Takes what happened at `now`, and says what to do, in order. `now` never runs backwards.
+    /// Takes what happened at `now`; returns what to do, in order. `now` never runs backwards.
     pub fn on(&mut self, now: Duration, input: Input) -> Vec<Output> {
         self.run_out(now);
         match input {

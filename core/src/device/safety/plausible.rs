@@ -1,15 +1,15 @@
-//! What disarms in the robot's own readings.
+//! Reasons to disarm in the robot's own readings.
 //!
-//! In: orders to the robot, and its readings. Out: the reason why it must not go on, where there is
+//! In: orders to the robot, and its readings. Out: the reason why it must not go on, if there is
 //! one.
 //!
-//! 1. A bumper that begins to be pressed. One that stays pressed does not count: the robot must be
-//!    able to back off.
+//! 1. A bumper that is newly pressed. One that stays pressed does not count: the robot must be able
+//!    to back off.
 //! 2. A battery that stays below its limit for 2 s; a dip under load does not count.
 //! 3. Silence: no odometry for half a second.
-//! 4. Encoders against command, over windows of a fifth of a second: ordered to run, it stands for
-//!    1.5 s (stall); ordered to stand, it still runs after 1 s (runaway). Legs and turns of a given
-//!    length end by themselves; they are not judged.
+//! 4. Encoders against command, over windows of a fifth of a second: ordered to run, the robot
+//!    stands for 1.5 s (stall); ordered to stand, it still runs after 1 s (runaway). Legs and turns
+//!    of a given length end by themselves and are not judged.
 
 use std::time::Duration;
 
@@ -19,20 +19,21 @@ use crate::wire::message::DisarmReason;
 
 use crate::device::source::Order;
 
-/// A battery below it is nearly empty, V: 1.0 V for each of the RP6's six cells.
+/// A battery below this is nearly empty, V: 1.0 V for each of the RP6's six cells.
 const LOW_VOLTS: f32 = 6.0;
-/// How long it must stay there.
+/// How long it must stay below.
 const LOW_FOR: Duration = Duration::from_secs(2);
-/// No odometry for so long is silence.
+/// No odometry for this time is silence.
 const SILENCE: Duration = Duration::from_millis(500);
-/// Ordered to run and standing for so long is a stall.
+/// Standing for this time, although ordered to run, is a stall.
 const STALL: Duration = Duration::from_millis(1500);
-/// Ordered to stand and running after so long is a runaway: from full speed it needs half of that.
+/// Running after this time, although ordered to stand, is a runaway: from full speed the robot
+/// needs half of it to stop.
 const RUNAWAY: Duration = Duration::from_secs(1);
-/// Slower than this is standing, m/s and rad/s.
+/// Slower than this counts as standing, m/s and rad/s.
 const STANDING: (f64, f64) = (0.02, 0.1);
-/// Speeds are means over at least so many seconds of odometry: single readings are a few encoder
-/// counts.
+/// Speeds are means over at least this many seconds of odometry: a single reading holds only a few
+/// encoder counts.
 const WINDOW: f64 = 0.2;
 
 /// Remembers orders and readings.
@@ -43,7 +44,7 @@ pub struct Plausible {
     low_since: Option<Duration>,
     heard: Option<Duration>,
     window: Option<Odometry>,
-    /// Since when the encoders contradict the command.
+    /// Since when the encoders have contradicted the command.
     odd_since: Option<Duration>,
 }
 
@@ -62,7 +63,7 @@ impl Plausible {
         let (least, least_turn) = STANDING;
         let ordered = match order {
             Order::Command(Command::Velocity { forward, turn }) => {
-                // Twice what counts as standing: in between, nothing can be said.
+                // Running means twice the limits of standing; in between, nothing can be judged.
                 let is_run = forward.abs() > 2.0 * least || turn.abs() > 2.0 * least_turn;
                 let is_stand = *forward == 0.0 && *turn == 0.0;
                 match (is_run, is_stand) {
@@ -117,7 +118,7 @@ impl Plausible {
         Some(reason)
     }
 
-    /// Takes what the bumpers feel.
+    /// Takes the state of the bumpers.
     pub fn bumpers(&mut self, pressed: [bool; 2]) -> Option<DisarmReason> {
         let before = std::mem::replace(&mut self.bumpers, pressed);
         let begins = pressed
@@ -127,7 +128,7 @@ impl Plausible {
         begins.then_some(DisarmReason::Bumper)
     }
 
-    /// Takes the volts of the battery.
+    /// Takes the battery voltage.
     pub fn battery(&mut self, now: Duration, volts: f32) -> Option<DisarmReason> {
         if volts >= LOW_VOLTS {
             self.low_since = None;
@@ -144,7 +145,7 @@ impl Plausible {
         since.is_some_and(|since| now.saturating_sub(since) >= LOW_FOR)
     }
 
-    /// Whether the robot has said too long nothing; once, until it speaks again.
+    /// Whether the robot has been silent for too long; reported once, until it is heard again.
     pub fn silence(&mut self, now: Duration) -> Option<DisarmReason> {
         let heard = self.heard?;
         if now.saturating_sub(heard) < SILENCE {
@@ -154,7 +155,7 @@ impl Plausible {
         Some(DisarmReason::Silence)
     }
 
-    /// When the silence will have lasted too long, if nothing is said until then.
+    /// When the silence will have lasted too long, if no odometry arrives before.
     #[must_use]
     pub fn deadline(&self) -> Option<Duration> {
         self.heard.map(|heard| heard + SILENCE)
@@ -173,8 +174,8 @@ mod tests {
         Duration::from_millis(millis)
     }
 
-    /// Runs at `speed` from `from` to `to` (ms), 10 ms a reading; when and why it was to be
-    /// disarmed first.
+    /// Runs at `speed` from `from` to `to` (ms), 10 ms a reading; returns when and why the robot
+    /// was first to be disarmed.
     fn run(
         plausible: &mut Plausible,
         speed: f64,

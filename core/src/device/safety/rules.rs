@@ -1,4 +1,4 @@
-//! The rules themselves: each takes what was asked for, changes the state, and adds what follows to
+//! The rules themselves: each takes a request or event, changes the state, and adds what follows to
 //! the outputs.
 
 use std::time::Duration;
@@ -11,7 +11,7 @@ use crate::device::source::Order;
 
 const STOP: Output = Output::Order(Order::Command(Command::Stop));
 
-/// Whether what was asked for was done, or why not.
+/// Whether a request was carried out, or why not.
 type Done = Result<(), RefusalReason>;
 
 impl Safety {
@@ -25,7 +25,7 @@ impl Safety {
         let id = client.id;
         let done = match client.role {
             role if role.may(message) => self.obey(now, client, sequence, message),
-            // Who drives is not thrown out for that.
+            // A driver is not disconnected for that.
             role if role.may_drive() => Err(RefusalReason::NoRight),
             _ => return self.out.push(Output::Close(id, close::NO_RIGHT)),
         };
@@ -34,11 +34,11 @@ impl Safety {
         }
     }
 
-    /// What the client may ask for.
+    /// Carries out what the client has the right to ask for.
     fn obey(&mut self, now: Duration, client: Client, sequence: u32, message: &ToBridge) -> Done {
         let id = client.id;
         match *message {
-            // They keep the conversation going, and ask for nothing that could be refused.
+            // They keep the connection alive, and ask for nothing that could be refused.
             ToBridge::Hello(_) | ToBridge::Heartbeat | ToBridge::Probe { .. } => Ok(()),
             ToBridge::Stop | ToBridge::EmergencyStop => {
                 self.stop(now, message);
@@ -55,7 +55,7 @@ impl Safety {
                 ttl_millis,
             } => self
                 .counts(now, id, sequence, epoch, seen, ttl_millis)
-                // What was stopped meanwhile does not go on.
+                // A robot that was stopped meanwhile stays stopped.
                 .map(|()| self.driven = self.driven.map(|_| now)),
             ToBridge::ResetEmergencyStop { epoch } => self.reset(now, id, epoch),
             ToBridge::ResetMap => {
@@ -69,7 +69,7 @@ impl Safety {
         }
     }
 
-    /// What time alone brings about.
+    /// What the passing of time causes.
     pub(super) fn run_out(&mut self, now: Duration) {
         if self.holder.is_some_and(|holder| now >= holder.used + LEASE) {
             self.end_lease(DisarmReason::LeaseExpired);
@@ -91,7 +91,7 @@ impl Safety {
                 self.out
                     .push(Output::Close(holder.client, close::TAKEN_OVER));
             }
-            // Whoever asks twice starts again, as if it had come back.
+            // A client that asks again starts anew, as if it had come back.
             Some(_) => self.end_lease(DisarmReason::Released),
             None => (),
         }
@@ -114,7 +114,7 @@ impl Safety {
 
     fn release(&mut self, client: ClientId, epoch: u32) -> Done {
         self.holder(client, epoch)?;
-        // Why a robot stands that stood already is not changed by that.
+        // If the robot was already disarmed, the reason for that stays.
         self.end_lease(match self.is_armed {
             true => DisarmReason::Released,
             false => self.reason,
@@ -184,8 +184,8 @@ impl Safety {
 
     fn reset(&mut self, now: Duration, client: ClientId, epoch: u32) -> Done {
         self.holder(client, epoch)?.used = now;
-        // An order to a robot that is away would be lost, and it would stay latched while the
-        // bridge says that it is free.
+        // An order to a robot that is away would be lost: the robot would stay latched while the
+        // bridge reports it as free.
         if !self.is_robot_up {
             return Err(RefusalReason::NoRobot);
         }
@@ -199,14 +199,14 @@ impl Safety {
     pub(super) fn robot(&mut self, is_up: bool) {
         let was_up = std::mem::replace(&mut self.is_robot_up, is_up);
         if was_up != is_up {
-            // One that comes for the first time was never lost.
+            // A robot that appears for the first time was never lost.
             let reason = match self.reason {
                 DisarmReason::Start if is_up => DisarmReason::Start,
                 _ => DisarmReason::Link,
             };
             self.disarm(reason);
         }
-        // A robot that was reset has forgotten its latch; the bridge has not.
+        // A robot that was reset has lost its latch; the bridge has not.
         if is_up && !was_up && self.is_emergency {
             self.out.push(Output::Order(Order::EmergencyStop));
         }
@@ -217,8 +217,8 @@ impl Safety {
         self.disarm(reason);
     }
 
-    /// The first stop goes out at once, whatever the bridge believes of the robot: whoever asks for
-    /// it may know more. So does one that changes something; any other waits for its turn.
+    /// The first stop goes out at once, whatever the bridge believes of the robot, because its
+    /// sender may know more. So does one that changes something; any other is ignored for a while.
     fn stop(&mut self, now: Duration, message: &ToBridge) {
         let cuts_off = matches!(message, ToBridge::EmergencyStop);
         let changes = self.is_armed || cuts_off && !self.is_emergency;

@@ -77,7 +77,7 @@ fn ask(safety: &mut Safety, millis: u64, client: Client, asked: impl Into<Asked>
     safety.on(at(millis), Input::Asks(client, sequence, message))
 }
 
-/// A drives, at 0 ms, with epoch 1 and sequence 1.
+/// A is driving, at 0 ms, with epoch 1 and sequence 1.
 fn driven() -> Safety {
     let mut safety = with_robot();
     ask(&mut safety, 0, A, ToBridge::Take { force: false });
@@ -146,14 +146,14 @@ fn what_is_stale_is_refused() {
             "{asked:?}"
         );
     }
-    // 300 ms is what the sender allows itself.
+    // The sender allows 300 ms.
     assert_eq!(safety.on(at(200), Input::Tick), [STOP]);
     assert_eq!(
         ask(&mut safety, 301, A, drive(1, 2, 0)),
         refused(RefusalReason::TooOld)
     );
     assert_eq!(ask(&mut safety, 300, A, drive(1, 2, 0)).len(), 1);
-    // Whatever it allows itself, 500 ms is the most.
+    // Whatever the sender allows, 500 ms is the most.
     let Asked(sequence, ToBridge::Drive(mut body)) = drive(1, 3, 0) else {
         unreachable!()
     };
@@ -234,8 +234,8 @@ fn everybody_may_stop_and_a_watcher_nothing_else() {
     assert_eq!(safety.driver(), Some(A.id), "the lease stays where it is");
 }
 
-/// Whoever sent hundreds at once made the bridge tell everybody hundreds of times, until it closed
-/// all connections, the driver's too.
+/// A client that sent hundreds at once made the bridge tell everyone hundreds of times, until it
+/// closed all connections, the driver's too.
 #[test]
 fn a_stop_that_changes_nothing_is_passed_over_for_a_while() {
     let (stop, cut_off) = (ToBridge::Stop, ToBridge::EmergencyStop);
@@ -249,12 +249,12 @@ fn a_stop_that_changes_nothing_is_passed_over_for_a_while() {
         assert_eq!(ask(&mut safety, millis, WATCHER, stop.clone()), []);
         assert_eq!(ask(&mut safety, millis, B, stop.clone()), []);
     }
-    // Whoever asks may see that it still runs.
+    // The sender may see that the robot still runs.
     assert_eq!(
         ask(&mut safety, 110, B, stop.clone()),
         [STOP, Output::Changed]
     );
-    // What changes something never waits.
+    // A stop that changes something never waits.
     assert_eq!(
         ask(&mut safety, 111, WATCHER, cut_off.clone()),
         [emergency, Output::Changed]
@@ -292,7 +292,7 @@ fn the_emergency_stop_is_latched_and_its_reset_moves_nothing() {
         ask(&mut safety, 3, A, drive(1, 2, 3)),
         refused(RefusalReason::Emergency)
     );
-    // A robot that was reset meanwhile is told again.
+    // A robot that was reset meanwhile gets the emergency stop again.
     safety.on(at(4), Input::Robot(false));
     // A reset would not reach it.
     assert_eq!(
@@ -321,7 +321,7 @@ fn a_robot_that_comes_for_the_first_time_was_not_lost() {
         (false, DisarmReason::Link),
         (true, DisarmReason::Link),
     ] {
-        // It is told to stand all the same.
+        // It is ordered to stop all the same.
         assert!(safety.on(at(1), Input::Robot(is_up)).contains(&STOP));
         assert_eq!(safety.reason(), reason);
     }
@@ -397,7 +397,7 @@ fn an_owner_takes_from_anybody_and_nobody_else_from_an_owner() {
     let out = ask(&mut safety, 30, A, force());
     assert_eq!(out, refused(RefusalReason::Held));
     assert_eq!(safety.driver(), Some(OWNER.id));
-    // Among drivers whoever comes takes it, as ever.
+    // Among drivers, anyone may take it, as before.
     let mut safety = driven();
     ask(&mut safety, 10, B, force());
     assert_eq!(safety.driver(), Some(B.id));
@@ -416,7 +416,7 @@ fn a_right_that_is_taken_away_stops_the_robot_and_ends_the_lease() {
     assert_eq!(out, refused(RefusalReason::StaleEpoch));
 }
 
-/// Each role, and each message that there is: written out once more, by hand.
+/// Every role and every message, written out a second time by hand.
 #[test]
 fn each_role_may_do_what_the_table_says_and_nothing_else() {
     let Asked(_, driving) = drive(1, 1, 0);

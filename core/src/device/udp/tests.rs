@@ -1,4 +1,5 @@
-//! The client against our own server, over a network that loses what the test says.
+//! The client against our own server, over a network that loses the datagrams that the test
+//! chooses.
 
 use std::f64::consts::TAU;
 
@@ -10,8 +11,8 @@ use crate::geom::Pose2;
 use crate::wire::pilch::DEFAULT_PATH;
 use crate::wire::pilch::server::{Server, ServerEvent};
 
-/// A server with a lidar in a round room of 2 m, 5 turns a second and 400 readings a turn, and its
-/// client.
+/// A server with a lidar in a round room of 2 m, at 5 turns a second and 400 readings a turn, and
+/// its client.
 struct Network {
     server: Option<Server<&'static str>>,
     client: Lidar<UdpLidar>,
@@ -19,7 +20,7 @@ struct Network {
     is_measuring: bool,
     is_blocked: bool,
     tenth: u64,
-    /// The states that the client reported, with their sentences, and how many scans.
+    /// The states that the client reported, with their sentences, and the number of scans.
     states: Vec<(DeviceState, String)>,
     scans: usize,
 }
@@ -134,7 +135,7 @@ fn nobody_is_named_and_found_when_it_comes() {
 
 #[test]
 fn a_network_that_goes_for_a_while_is_mended_when_it_comes_back() {
-    // Shorter than the server's patience, and longer.
+    // Shorter than the server's time-out, and longer.
     for seconds in [3.0, 12.0] {
         let mut network = Network::new(PATH);
         network.run(3.0);

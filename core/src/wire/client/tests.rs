@@ -1,7 +1,7 @@
 use super::super::message::{BridgeHeartbeat, CHALLENGE_BYTES, DisarmReason, Role, Watching};
 use super::*;
 
-/// The bridge's end, by hand.
+/// The bridge's end, scripted by hand.
 #[derive(Default)]
 struct Bridge {
     sequence: u32,
@@ -188,7 +188,7 @@ fn a_probe_tells_the_networks_delay_apart_from_the_bridges() {
         robot_micros: 40_000,
         robot_came_micros: 44_000,
     };
-    // The bridge took 2 ms to answer, the whole 12 ms.
+    // The bridge took 2 ms to answer; the whole took 12 ms.
     bridge.micros = 52_000;
     let probe = bridge.says(&FromBridge::Probe(answer));
     client.receive(1_012_000, &probe).unwrap();

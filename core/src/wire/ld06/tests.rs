@@ -1,5 +1,5 @@
-//! The codec against the example of the manual and a packet of a real sensor, and against what a
-//! line does to bytes.
+//! The codec against the example of the manual and a packet of a real sensor, and against damage on
+//! the line.
 
 use proptest::prelude::*;
 
@@ -109,7 +109,7 @@ proptest! {
         }
         let tally = decoder.tally();
         prop_assert_eq!(tally.frames * LEN as u64 + tally.discarded + decoder.inbox.len() as u64, tally.bytes);
-        // Noise that happens to hold a header may hold up the last packet, never spoil one.
+        // Noise that happens to contain a header may delay the last packet, but never damages one.
         prop_assert!(got.iter().all(|packet| sent.contains(packet)));
         let holds_header = noise.windows(2).any(|pair| pair == HEADER) || noise.ends_with(&HEADER[..1]);
         prop_assert!(holds_header || got == sent);

@@ -1,4 +1,4 @@
-//! What a client learns before it connects, and how it shows that it has the token without sending
+//! What a client learns before it connects, and how it proves that it has the token without sending
 //! it.
 
 use hmac::{Hmac, KeyInit, Mac};
@@ -10,50 +10,51 @@ pub const CHALLENGE_BYTES: usize = 16;
 /// Length of a proof.
 pub const PROOF_BYTES: usize = 32;
 
-/// Keeps proofs for slamlab apart from any other use of the same token.
+/// Separates proofs for slamlab from any other use of the same token.
 const CONTEXT: &[u8] = b"slamlab bridge 2";
-/// Keeps the signatures of messages apart from proofs.
+/// Separates the signatures of messages from proofs.
 const SIGNED: &[u8] = b"slamlab signed messages 1";
 
-/// Shows that its sender has the token, to who has its [`Verifier`].
+/// Proves to the holder of the [`Verifier`] that the sender has the token.
 ///
-/// The token never crosses the network, and what does is of no use on another connection, which has
-/// another challenge. With `client = HMAC-SHA-256(token, "slamlab bridge 2")` and
+/// The token never crosses the network, and the proof is of no use on another connection, because
+/// that has another challenge. With `client = HMAC-SHA-256(token, "slamlab bridge 2")` and
 /// `stored = SHA-256(client)`, the proof is `client xor HMAC-SHA-256(stored, challenge)`.
 ///
-/// # Source    RFC 5802 §3 (SCRAM), without salt and iterations: they are for passwords that can be
-/// guessed, and a token is drawn by chance.
+/// # Source    RFC 5802 §3 (SCRAM), without salt and iterations: they protect passwords that can be
+/// guessed, and a token is random.
 #[must_use]
 pub fn proof(token: &str, challenge: &[u8; CHALLENGE_BYTES]) -> [u8; PROOF_BYTES] {
     let client = hmac(token.trim().as_bytes(), CONTEXT);
     xor(client, Verifier::of_client(client).signature(challenge))
 }
 
-/// What is kept of a token: it says whether a proof was made with it, and makes none itself.
+/// What is kept of a token: it can check whether a proof was made with the token, but cannot make
+/// one.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Verifier([u8; PROOF_BYTES]);
 
 impl Verifier {
-    /// Of a token.
+    /// The verifier of a token.
     #[must_use]
     pub fn of(token: &str) -> Self {
         Self::of_client(hmac(token.trim().as_bytes(), CONTEXT))
     }
 
-    /// As it was written down.
+    /// From the bytes as stored.
     #[must_use]
     pub const fn from_bytes(bytes: [u8; PROOF_BYTES]) -> Self {
         Self(bytes)
     }
 
-    /// To be written down.
+    /// The bytes to be stored.
     #[must_use]
     pub const fn to_bytes(&self) -> [u8; PROOF_BYTES] {
         self.0
     }
 
-    /// The verifier of the token with which `shown` was made, if it was made with this one's: the
-    /// caller compares, in constant time.
+    /// The verifier of the token that made `shown`, if that is this verifier's token; the caller
+    /// compares the two in constant time.
     #[must_use]
     pub fn of_proof(
         &self,
@@ -63,7 +64,7 @@ impl Verifier {
         Self::of_client(xor(*shown, self.signature(challenge))).0
     }
 
-    /// The key of who made `shown`, which this one's token made.
+    /// The key of the client that made `shown` with this verifier's token.
     #[must_use]
     pub fn message_key(
         &self,
@@ -82,7 +83,7 @@ impl Verifier {
     }
 }
 
-/// It is no secret that drives, but nothing for a log either.
+/// A verifier cannot drive, but it does not belong in a log either.
 impl std::fmt::Debug for Verifier {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Verifier(…)")
@@ -90,16 +91,16 @@ impl std::fmt::Debug for Verifier {
 }
 
 /// Signs messages where a proof at the beginning is not enough: behind a router, anybody may write
-/// under the name of a client that has shown one.
+/// under the name of a client that has given one.
 ///
 /// With `client` as in [`proof`], the key is `HMAC-SHA-256(client, "slamlab signed messages 1" |
-/// challenge)`: who listened to challenge and proof does not have it, for neither tells `client`
-/// without the verifier.
+/// challenge)`. A listener who has seen challenge and proof does not have the key, because without
+/// the verifier the two do not reveal `client`.
 #[derive(Clone)]
 pub struct MessageKey([u8; PROOF_BYTES]);
 
 impl MessageKey {
-    /// That of who has the token, after this challenge.
+    /// The key of a client that has the token, after this challenge.
     #[must_use]
     pub fn of_token(token: &str, challenge: &[u8; CHALLENGE_BYTES]) -> Self {
         Self::new(hmac(token.trim().as_bytes(), CONTEXT), challenge)
@@ -115,7 +116,7 @@ impl MessageKey {
         hmac(&self.0, message)
     }
 
-    /// Whether a message was signed with it; it takes as long for any answer.
+    /// Whether a message was signed with this key, checked in constant time.
     #[must_use]
     pub fn has_signed(&self, message: &[u8], signature: &[u8]) -> bool {
         Hmac::<Sha256>::new_from_slice(&self.0).is_ok_and(|mut mac| {
@@ -125,7 +126,7 @@ impl MessageKey {
     }
 }
 
-/// It drives.
+/// Whoever has the key can drive.
 impl std::fmt::Debug for MessageKey {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("MessageKey(…)")
@@ -134,7 +135,7 @@ impl std::fmt::Debug for MessageKey {
 
 /// # Source    RFC 2104; RFC 6234.
 fn hmac(key: &[u8], text: &[u8]) -> [u8; PROOF_BYTES] {
-    // HMAC takes keys of any length; the error is of other functions behind the same trait.
+    // HMAC takes keys of any length; the error exists for other functions behind the same trait.
     let Ok(mut mac) = Hmac::<Sha256>::new_from_slice(key) else {
         return [0; PROOF_BYTES];
     };
@@ -147,7 +148,7 @@ fn xor(mut a: [u8; PROOF_BYTES], b: [u8; PROOF_BYTES]) -> [u8; PROOF_BYTES] {
     a
 }
 
-/// What `/bridge.json` says.
+/// The content of `/bridge.json`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct About {
     /// Version of the program.
@@ -160,9 +161,9 @@ pub struct About {
     pub websocket: String,
     /// Whether watching needs a token.
     pub watching: Watching,
-    /// Preset of the robot that can be driven; none where only sensors are.
+    /// Preset of the robot that can be driven; none if there are only sensors.
     pub robot: Option<String>,
-    /// What the bridge relays: `sim:arena`. Empty: nothing is behind the page but itself.
+    /// What the bridge relays: `sim:arena`. Empty: the server serves only the page.
     pub sources: Vec<String>,
 }
 
@@ -170,8 +171,8 @@ pub struct About {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Watching {
-    /// Whoever reaches the bridge.
+    /// Anyone who reaches the bridge.
     Anyone,
-    /// Who has a token.
+    /// Anyone who has a token.
     Token,
 }

@@ -1,4 +1,4 @@
-//! What robot and sensors say, as it crosses the wire, and its way from and to the core's own
+//! What robot and sensors report, as on the wire, and its conversion from and to the core's own
 //! types.
 
 use nalgebra::Matrix3;
@@ -9,7 +9,7 @@ use super::number;
 use crate::geom::Pose2;
 use crate::robot::{Odometry, OdometryError, RobotModel, Scan, ScanError, Stamp};
 
-/// Motion between two stamps of the robot, in its frame at the first.
+/// Motion between two stamps of the robot, in the robot frame at the first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OdometryBody {
     /// Number of the source.
@@ -25,7 +25,7 @@ pub struct OdometryBody {
 }
 
 impl OdometryBody {
-    /// For the wire.
+    /// To the wire.
     #[must_use]
     pub fn new(source: u8, odometry: &Odometry) -> Self {
         let (m, c) = (&odometry.motion, &odometry.cov);
@@ -42,7 +42,7 @@ impl OdometryBody {
 
     /// From the wire.
     ///
-    /// # Errors    [`OdometryError`] where a number is not finite or a variance negative.
+    /// # Errors    [`OdometryError`] if a number is not finite or a variance negative.
     pub fn odometry(&self) -> Result<Odometry, OdometryError> {
         let [x, y, heading] = self.motion;
         let [xx, xy, xt, yy, yt, tt] = self.cov;
@@ -63,11 +63,11 @@ pub struct ScanBody {
     pub source: u8,
     /// When the last beam was taken, µs of the robot's clock.
     pub stamp: u64,
-    /// Place of the sensor on the robot: x, y (m), heading (rad).
+    /// Pose of the sensor on the robot: x, y (m), heading (rad).
     pub mount: [f64; 3],
     /// rad.
     pub bearings: Vec<f64>,
-    /// m; infinite where nothing came back, NaN where invalid.
+    /// m; infinite if nothing came back, NaN if invalid.
     #[serde(with = "number")]
     pub ranges: Vec<f32>,
     /// m.
@@ -79,12 +79,12 @@ pub struct ScanBody {
     pub max_range: f64,
     /// s.
     pub sweep: f64,
-    /// Strength of each echo in the sensor's own unit; empty where it gives none.
+    /// Strength of each echo in the sensor's own unit; empty if it gives none.
     pub qualities: Vec<u8>,
 }
 
 impl ScanBody {
-    /// For the wire.
+    /// To the wire.
     #[must_use]
     pub fn new(source: u8, scan: &Scan) -> Self {
         let mount = &scan.robot_from_sensor;
@@ -122,7 +122,7 @@ impl ScanBody {
     }
 }
 
-/// Readings of single rangers, before they become a scan.
+/// Single readings of rangers, before they become a scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RangersBody {
     /// Number of the source.
@@ -144,7 +144,7 @@ pub struct RangerReading {
     pub raw: u16,
 }
 
-/// What the bumpers feel.
+/// State of the bumpers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BumpersBody {
     /// Number of the source.
@@ -157,7 +157,7 @@ pub struct BumpersBody {
     pub right: bool,
 }
 
-/// Volts of the battery.
+/// Battery voltage.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BatteryBody {
     /// Number of the source.
@@ -168,7 +168,7 @@ pub struct BatteryBody {
     pub volts: f32,
 }
 
-/// Currents of the motors.
+/// Motor currents.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurrentsBody {
     /// Number of the source.
@@ -181,23 +181,23 @@ pub struct CurrentsBody {
     pub right: f32,
 }
 
-/// How the wire to a device does.
+/// State of the wire to a device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinkBody {
     /// Number of the source.
     pub source: u8,
     /// Whether data can flow.
     pub state: LinkState,
-    /// From a command to its acknowledgement, s; none where the device acknowledges nothing.
+    /// From a command to its acknowledgement, s; none if the device acknowledges nothing.
     pub round_trip: Option<f32>,
-    /// Frames that came damaged, since the start.
+    /// Damaged frames since the start.
     pub damaged: u64,
-    /// Bytes that belonged to no frame, since the start.
+    /// Bytes that belonged to no frame since the start.
     pub skipped: u64,
 }
 
 impl LinkBody {
-    /// A wire of which nothing is counted yet.
+    /// A wire without counts yet.
     #[must_use]
     pub fn new(state: LinkState) -> Self {
         Self {
@@ -230,9 +230,9 @@ pub struct Device {
     pub source: u8,
     /// As it was named on the command line: `rplidar:/dev/ttyUSB0`.
     pub name: String,
-    /// What it is: `RPLIDAR A1, firmware 1.29`; empty until it said so.
+    /// Its description of itself: `RPLIDAR A1, firmware 1.29`; empty until it has sent one.
     pub model: String,
-    /// How it does.
+    /// Its state.
     pub state: DeviceState,
     /// For a fault: cause and cure, in a sentence.
     pub detail: String,
@@ -258,7 +258,7 @@ named! {
     }
 }
 
-/// The figures of the robot that whoever steers it must know; see [`RobotModel`] for their units.
+/// The figures of the robot that a program needs to steer it; see [`RobotModel`] for their units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotFigures {
     /// Name of the preset that the rest is taken from: `rp6`.
@@ -269,12 +269,12 @@ pub struct RobotFigures {
     pub limits: [f64; 4],
     /// Odometry noise: per metre, lateral per metre, heading per radian.
     pub noise: [f64; 3],
-    /// Whether it scans only on command, standing.
+    /// Whether it scans only on command, while standing.
     pub scans_on_command: bool,
 }
 
 impl RobotFigures {
-    /// For the wire.
+    /// To the wire.
     #[must_use]
     pub fn new(model: &RobotModel, scans_on_command: bool) -> Self {
         let mut model = *model;
@@ -288,7 +288,7 @@ impl RobotFigures {
         }
     }
 
-    /// From the wire: the preset with these figures; `None` where the preset is unknown.
+    /// From the wire: the preset with these figures; `None` if the preset is unknown.
     #[must_use]
     pub fn model(&self) -> Option<RobotModel> {
         let presets = [RobotModel::rp6(), RobotModel::pioneer()];
@@ -304,7 +304,7 @@ impl RobotFigures {
     }
 }
 
-/// The figures of a model in the order in which they cross the wire: size, limits, noise.
+/// The figures of a model in the order on the wire: size, limits, noise.
 fn figures(model: &mut RobotModel) -> ([&mut f64; 4], [&mut f64; 4], [&mut f64; 3]) {
     let size = [
         &mut model.length,

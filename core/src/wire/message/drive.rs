@@ -1,4 +1,4 @@
-//! Driving: commands with their lease, what the bridge makes of them, and why it may not.
+//! Driving: commands with their lease, what the bridge does with them, and why it may refuse.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use crate::robot::Command;
 /// A driving command.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DriveBody {
-    /// Of the sender's lease.
+    /// Epoch of the sender's lease.
     pub epoch: u32,
     /// Newest time of the bridge that the sender had seen, µs.
     pub seen: u64,
@@ -37,9 +37,9 @@ enum Motion {
 
 /// Whether a manoeuvre is under way: a leg, a turn or a sweep.
 ///
-/// Sent when it begins and when it is over, however it ends: done, given up for another command,
-/// stopped. Where it did not even begin, only its sender learns that it is over. Its end comes
-/// after the readings that belong to it.
+/// Sent when it begins and when it is over, however it ends: done, replaced by another command,
+/// stopped. If it never began, only its sender learns that it is over. The message that ends it
+/// comes after the readings that belong to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ManoeuvreBody {
     /// Number of the client that gave it.
@@ -53,9 +53,9 @@ pub struct ManoeuvreBody {
 /// The right to drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Lease {
-    /// Stands in each driving message; each lease has a higher one than all before.
+    /// Part of each driving message; each lease has a higher one than all before.
     pub epoch: u32,
-    /// Ends after so many ms without being used.
+    /// The lease ends after this many ms without being used.
     pub millis: u16,
 }
 
@@ -64,13 +64,13 @@ pub struct Lease {
 pub struct SafetyBody {
     /// Number of the client that has the lease.
     pub driver: Option<u32>,
-    /// Its name.
+    /// Name of that client.
     pub driver_name: String,
     /// Whether driving commands are passed on.
     pub armed: bool,
     /// Whether the emergency stop is latched.
     pub emergency: bool,
-    /// Why the robot was disarmed last.
+    /// Why the robot was last disarmed.
     pub reason: DisarmReason,
 }
 

@@ -1,4 +1,4 @@
-//! Where the robot may be in the bridge's map, and what the bridge makes of it.
+//! Where the robot may be in the bridge's map, and how it relates to that now.
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -44,17 +44,17 @@ pub struct ZoneBody {
     pub corners: Vec<[f64; 2]>,
 }
 
-/// The fence: told whole, whenever it changes.
+/// The whole fence, sent whenever it changes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GeofenceBody {
-    /// Where the robot may be; without any, everywhere.
+    /// Where the robot may be; without zones, everywhere.
     pub zones: Vec<ZoneBody>,
-    /// How the robot stands to it.
+    /// Where the robot is relative to it, and whether it is held back.
     pub state: FenceState,
 }
 
 impl GeofenceBody {
-    /// For the wire.
+    /// To the wire.
     #[must_use]
     pub fn new(fence: &Geofence, state: FenceState) -> Self {
         let zones = zones_of(fence);
@@ -62,7 +62,7 @@ impl GeofenceBody {
     }
 }
 
-/// For the wire, and for files.
+/// To the wire, and to files.
 #[must_use]
 pub fn zones_of(fence: &Geofence) -> Vec<ZoneBody> {
     let of = |zone: &Zone| ZoneBody {

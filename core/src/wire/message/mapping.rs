@@ -1,4 +1,4 @@
-//! What a bridge that maps says of its map and of where the robot is in it.
+//! What a bridge that maps reports of its map and of the robot's pose in it.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +28,7 @@ named! {
 /// Where the robot is in the bridge's map.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseBody {
-    /// End of the newest odometry in it, µs of the robot's clock.
+    /// End of the newest odometry in the pose, µs of the robot's clock.
     pub stamp: u64,
     /// `map_from_robot`: x, y (m), heading (rad).
     pub pose: [f64; 3],
@@ -39,7 +39,7 @@ pub struct PoseBody {
 }
 
 impl PoseBody {
-    /// For the wire.
+    /// To the wire.
     #[must_use]
     pub fn new(stamp: u64, estimate: &PoseEstimate, state: PoseState) -> Self {
         let (pose, c) = (&estimate.pose, &estimate.cov);
@@ -53,7 +53,7 @@ impl PoseBody {
         }
     }
 
-    /// From the wire; `None` where a number is not finite.
+    /// From the wire; `None` if a number is not finite.
     #[must_use]
     pub fn estimate(&self) -> Option<PoseEstimate> {
         let [x, y, heading] = self.pose;
@@ -66,10 +66,10 @@ impl PoseBody {
     }
 }
 
-/// The bridge's map, whole: what each cell of a rectangle is.
+/// The bridge's whole map: the state of each cell of a rectangle.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapBody {
-    /// Grows with each map that is another one.
+    /// Increases with each new map.
     pub revision: u64,
     /// Side of a cell, m.
     pub cell: f64,
@@ -77,14 +77,14 @@ pub struct MapBody {
     pub corner: [f64; 2],
     /// Cells in a row.
     pub width: u32,
-    /// Rows; 0 of a map without a known cell.
+    /// Rows; 0 if no cell of the map is known.
     pub height: u32,
-    /// The cells row by row, the lowest first, as runs of cells that are alike: four times their
-    /// number, and 0 for unknown, 1 for free, 2 for occupied.
+    /// The cells row by row, the lowest first, as runs of equal cells: four times their number,
+    /// plus 0 for unknown, 1 for free, 2 for occupied.
     pub runs: Vec<u32>,
 }
 
-/// Why a map from the wire is none.
+/// Why a map from the wire is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapBodyError {
@@ -96,7 +96,7 @@ pub enum MapBodyError {
         /// Rows.
         height: u32,
     },
-    /// A cell without a size or a place.
+    /// The size or the place of the cells is invalid.
     #[error(
         "the map's cells are of {cell} m, from ({x}, {y}) on: expected finite numbers, and a size above 0"
     )]
@@ -108,20 +108,20 @@ pub enum MapBodyError {
         /// Of the corner.
         y: f64,
     },
-    /// Of cells that mean nothing.
+    /// A run of cells of an unknown kind.
     #[error("run {at} of the map is of cells of kind {kind}; expected 0 to 2")]
     Kind {
-        /// Its number, from 0.
+        /// Number of the run, from 0.
         at: usize,
-        /// What stands there.
+        /// Kind of its cells.
         kind: u32,
     },
-    /// More or fewer cells than the rectangle.
+    /// More or fewer cells than the rectangle has.
     #[error("the map's runs have {found} cells; expected {expected}")]
     Count {
-        /// As far as they were counted.
+        /// Cells in the runs.
         found: u64,
-        /// Of the rectangle.
+        /// Cells of the rectangle.
         expected: u64,
     },
 }
@@ -131,7 +131,7 @@ const FREE: u32 = 1;
 const OCCUPIED: u32 = 2;
 
 impl MapBody {
-    /// For the wire. A cell of which more than half a chance says that it is occupied is so.
+    /// To the wire. A cell is occupied if its probability of being occupied is above one half.
     #[must_use]
     pub fn new(revision: u64, map: &OccupancyMap) -> Self {
         let kinds = map.cells.iter().map(|&cell| match cell {
@@ -158,7 +158,7 @@ impl MapBody {
 
     /// From the wire.
     ///
-    /// # Errors    [`MapBodyError`]; memory is taken only for a map that is one.
+    /// # Errors    [`MapBodyError`]; memory is allocated only for a valid map.
     pub fn map(&self) -> Result<OccupancyMap, MapBodyError> {
         let (width, height) = (self.width, self.height);
         let expected = u64::from(width) * u64::from(height);
@@ -199,18 +199,18 @@ impl MapBody {
     }
 }
 
-/// How a bridge that maps does.
+/// State of a bridge that maps.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MappingBody {
     /// Name of the method.
     pub method: String,
-    /// Scans taken in since the map began in this run.
+    /// Scans processed since the map began in this run.
     pub scans: u64,
-    /// Name of the file that the map is kept in, without its folder; empty for none.
+    /// Name of the file that holds the map, without its folder; empty for none.
     pub file: String,
-    /// Scans that stand in the file.
+    /// Scans that are in the file.
     pub saved: u64,
-    /// Why the file is not as new as it should be; none while all is well.
+    /// Why the file is older than it should be; none while all is well.
     pub fault: Option<String>,
 }
 

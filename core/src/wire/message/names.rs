@@ -1,9 +1,9 @@
-//! Enums that cross to the page, to other tools and into logs, each variant with the one name that
-//! all of them use.
+//! Enums that go to the page, to other tools and into logs. Each variant has one name that all of
+//! them use.
 //!
-//! The name is what stands in JSON; bytes hold the number of the variant.
+//! JSON holds the name, binary messages the number of the variant.
 
-/// An enum whose variants have names: `name()`, `ALL`, `Display`, and the same names in JSON.
+/// Makes an enum whose variants have names: `name()`, `ALL`, `Display`, and the same names in JSON.
 macro_rules! named {
     (
         $(#[$meta:meta])*

@@ -1,5 +1,4 @@
-//! Ranges in text: JSON knows no infinity, and a range that did not come back is not one that
-//! failed.
+//! Ranges in text: JSON has no infinity, and a beam without return is not the same as a failed one.
 
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, SerializeSeq, Serializer};
@@ -11,7 +10,7 @@ enum Readable {
     Word(String),
 }
 
-/// Binary: as they are. Text: `"inf"` and `"nan"` stand for those that are no numbers.
+/// Binary: as they are. Text: `"inf"` and `"nan"` stand for infinite and invalid ranges.
 pub(super) fn serialize<S: Serializer>(ranges: &[f32], serializer: S) -> Result<S::Ok, S::Error> {
     if !serializer.is_human_readable() {
         return ranges.serialize(serializer);

@@ -1,4 +1,4 @@
-//! The envelope: header and body to bytes or text, and back.
+//! The envelope: header and body into bytes or text, and back.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ pub const MAGIC: u16 = u16::from_le_bytes(*b"SL");
 
 const HEADER_BYTES: usize = 16;
 
-/// What stands before each message.
+/// What precedes each message.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Header {
     /// Counts the messages of this connection and direction, from 1.
@@ -36,28 +36,28 @@ pub enum MessageError {
     /// The header is cut off.
     #[error("message of {bytes} bytes: expected at least {HEADER_BYTES}")]
     Short {
-        /// What is there.
+        /// Length of the message.
         bytes: usize,
     },
-    /// Something else than ours.
+    /// Not one of our messages.
     #[error("bytes 0 and 1 are {found:#06x}, expected {MAGIC:#06x}")]
     Magic {
-        /// What stands there.
+        /// The two bytes.
         found: u16,
     },
-    /// Of another version.
+    /// Of another version of the protocol.
     #[error("protocol {found}, expected {PROTOCOL}: bridge and client are of different versions")]
     Protocol {
-        /// What stands there.
+        /// That version.
         found: u8,
     },
-    /// Unknown here, or for the other direction.
+    /// A kind that is unknown here, or of the other direction.
     #[error("byte 3: kind {found} is not one of this direction")]
     Kind {
-        /// What stands there.
+        /// That kind.
         found: u8,
     },
-    /// The body does not read as its kind says.
+    /// The body is not of its kind.
     #[error("body of kind {kind}: {what}")]
     Body {
         /// Kind of the message.
@@ -65,15 +65,15 @@ pub enum MessageError {
         /// What is wrong.
         what: String,
     },
-    /// More than the body.
+    /// The message is longer than its body.
     #[error("body of kind {kind} ends {bytes} bytes before the message does")]
     Trailing {
         /// Kind of the message.
         kind: u8,
-        /// What is left.
+        /// Number of bytes left over.
         bytes: usize,
     },
-    /// The text does not read as a message.
+    /// The text is not a message.
     #[error("{what}")]
     Json {
         /// What is wrong, with line and column.
@@ -81,9 +81,9 @@ pub enum MessageError {
     },
 }
 
-/// A direction's messages.
+/// The messages of one direction.
 pub trait Packet: Serialize + DeserializeOwned {
-    /// Added to the number of a variant, to tell the directions apart.
+    /// Added to the number of a variant, to distinguish the directions.
     const OFFSET: u8;
 }
 
@@ -105,7 +105,7 @@ struct Text<M> {
 
 /// Writes a message.
 ///
-/// # Errors    [`MessageError`], if a value cannot be written; those of this module all can.
+/// # Errors    [`MessageError`] if a value cannot be written; those of this module always can.
 pub fn encode<M: Packet>(
     header: Header,
     message: &M,
@@ -123,7 +123,7 @@ pub fn encode<M: Packet>(
     }
 }
 
-/// Reads a message that is whole.
+/// Reads a complete message.
 ///
 /// # Errors    [`MessageError`]: what is wrong, and where.
 pub fn decode<M: Packet>(bytes: &[u8], format: Format) -> Result<(Header, M), MessageError> {
@@ -147,7 +147,7 @@ fn to_bytes<M: Packet>(header: Header, message: &M) -> Result<Vec<u8>, MessageEr
         kind,
         what: error.to_string(),
     };
-    // Postcard begins an enum with the number of its variant, one byte below 128: that byte is the
+    // Postcard begins an enum with the number of its variant, one byte below 128: this byte is the
     // kind.
     let body = postcard::to_allocvec(message).map_err(|error| failed(M::OFFSET, error))?;
     let (variant, body) = body.split_first().unwrap_or((&0, &[]));

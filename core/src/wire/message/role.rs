@@ -1,4 +1,4 @@
-//! Roles, and what each may say.
+//! Roles, and which messages each may send.
 
 use super::ToBridge;
 use super::names::named;
@@ -18,8 +18,7 @@ named! {
 }
 
 impl Role {
-    /// Whether somebody of this role may send such a message: the one table of rights, for every
-    /// endpoint.
+    /// Whether this role may send such a message: the one table of rights, for every endpoint.
     #[must_use]
     pub const fn may(self, message: &ToBridge) -> bool {
         let least = match message {
@@ -36,19 +35,19 @@ impl Role {
             | ToBridge::Hold { .. }
             | ToBridge::ResetEmergencyStop { .. }
             | ToBridge::ResetMap => Self::Driver,
-            // It binds who drives.
+            // It restricts the driver.
             ToBridge::SetGeofence { .. } => Self::Owner,
         };
         self as u8 >= least as u8
     }
 
-    /// Whether somebody of this role may have the lease.
+    /// Whether this role may have the lease.
     #[must_use]
     pub const fn may_drive(self) -> bool {
         self.may(&ToBridge::Take { force: false })
     }
 
-    /// Whether somebody of this role may take the lease from `holder` who does not give it.
+    /// Whether this role may take the lease from a `holder` that does not give it back.
     #[must_use]
     pub const fn may_take_from(self, holder: Self) -> bool {
         self.may_drive() && self as u8 >= holder as u8
@@ -58,8 +57,8 @@ impl Role {
 /// A right that a client has shown.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Right {
-    /// What it is good for; without any, watching.
+    /// Its role; a watcher's if no right was shown.
     pub role: Role,
-    /// Its name. Empty where none was shown, and for the bridge's own first token.
+    /// Its name. Empty if none was shown, and for the bridge's own first token.
     pub name: String,
 }

@@ -1,5 +1,5 @@
-//! The schema in text: JavaScript's numbers hold 53 bits, so that a script that read a number there
-//! could not send the same one back, and was taken for one of another age.
+//! The schema in text. JavaScript's numbers hold only 53 bits, so a script that read the schema as
+//! a number could not send the same one back, and was rejected as one of another version.
 
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
@@ -11,7 +11,7 @@ enum Readable {
     Word(String),
 }
 
-/// Binary: as it is. Text: sixteen hexadecimal figures, as in [`super::About`].
+/// Binary: as it is. Text: sixteen hexadecimal digits, as in [`super::About`].
 pub(super) fn serialize<S: Serializer>(schema: &u64, serializer: S) -> Result<S::Ok, S::Error> {
     if !serializer.is_human_readable() {
         return schema.serialize(serializer);
@@ -19,7 +19,7 @@ pub(super) fn serialize<S: Serializer>(schema: &u64, serializer: S) -> Result<S:
     serializer.serialize_str(&format!("{schema:016x}"))
 }
 
-/// Text: a number too, which clients wrote that knew no other form.
+/// Text: a number is accepted too, because older clients knew no other form.
 pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
     if !deserializer.is_human_readable() {
         return u64::deserialize(deserializer);

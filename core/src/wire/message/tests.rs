@@ -1,4 +1,4 @@
-//! The messages, held to bytes that were written by hand, and to whatever a network may bring.
+//! The messages against bytes written by hand, and against anything a network may bring.
 
 mod samples;
 
@@ -20,7 +20,7 @@ fn bytes(message: &impl Packet) -> Vec<u8> {
     encode(HEADER, message, Format::Binary).unwrap()
 }
 
-/// Compares the text of both: NaN is not equal to itself, and its text is.
+/// Compares the texts of both: NaN is not equal to itself, but its text is.
 fn check<M: Packet + std::fmt::Debug>(message: &M) {
     for format in BOTH {
         let written = encode(HEADER, message, format).unwrap();
@@ -59,8 +59,8 @@ fn the_samples_hold_every_kind_in_order() {
     }
 }
 
-/// Where this fails, a message has changed: was that meant, and does it only grow at its end? Then
-/// write the new number into [`SCHEMA`], so that a page of yesterday learns that it must be
+/// If this fails, a message has changed: was that intended, and does it only grow at its end? Then
+/// write the new number into [`SCHEMA`], so that a page loaded earlier learns that it must be
 /// reloaded.
 #[test]
 fn the_schema_changes_with_the_messages() {
@@ -175,7 +175,7 @@ fn golden_text() {
     assert!(scan.contains(r#""ranges":[1.5,"inf","nan"]"#), "{scan}");
 }
 
-/// A script in JavaScript could not: of a number above 2^53 it reads the nearest one that it can
+/// A script in JavaScript could not: it reads a number above 2^53 as the nearest one that it can
 /// hold.
 #[test]
 fn a_script_can_send_the_schema_back_as_it_came() {
@@ -194,7 +194,7 @@ fn a_script_can_send_the_schema_back_as_it_came() {
         })
     };
     assert_eq!(said(schema), Ok(3));
-    // As it was written before.
+    // As older clients wrote it.
     assert_eq!(said(&SCHEMA.into()), Ok(SCHEMA));
     assert_eq!(said(&format!("{SCHEMA:X}").into()), Ok(SCHEMA));
     for wrong in ["", "0x3", "schema", "10000000000000000"] {
@@ -229,7 +229,7 @@ fn what_is_no_message_is_refused_with_its_place() {
     assert!(error.to_string().contains("line 1 column 1"), "{error}");
 }
 
-/// Held to values made by Python's `hmac` and `hashlib`: `client` is `hmac.new(b"secret",
+/// Checked against values made by Python's `hmac` and `hashlib`: `client` is `hmac.new(b"secret",
 /// b"slamlab bridge 2", "sha256").digest()`, `stored` is `hashlib.sha256(client).digest()`, and the
 /// proof is `client` xor `hmac.new(stored, bytes(range(16)), "sha256").digest()`.
 #[test]
@@ -252,7 +252,7 @@ fn a_proof_is_that_of_scram() {
     assert!(is_proved(&challenge, &shown));
     assert!(!is_proved(&[0; CHALLENGE_BYTES], &shown), "replayed");
     assert!(!is_proved(&challenge, &proof("Secret", &challenge)));
-    // Who has read the file has no token: what stands there proves nothing.
+    // Reading the file gives no token: its content proves nothing.
     let stolen = hex(stored.to_bytes());
     assert!(!is_proved(&challenge, &proof(&stolen, &challenge)));
     assert!(!is_proved(&challenge, &stored.to_bytes()));
@@ -327,7 +327,7 @@ proptest! {
         }
     }
 
-    /// A length that is a lie must not reserve memory for it.
+    /// A false length must not make the reader reserve that much memory.
     #[test]
     fn a_spoilt_message_is_refused_or_is_a_message(at in 0_usize..400, flip in 1_u8..=255, sample in 0_usize..17) {
         let mut spoilt = bytes(&from_bridge()[sample]);
@@ -354,7 +354,7 @@ proptest! {
     }
 }
 
-/// The signature is Python's (`hmac.digest`, by the lines of [`MessageKey`]).
+/// The signature was made by Python (`hmac.digest`, by the lines of [`MessageKey`]).
 #[test]
 fn a_message_is_signed_by_token_and_challenge_and_both_ends_make_the_same_key() {
     let token = "0123456789abcdef0123456789abcdef";
@@ -372,7 +372,7 @@ fn a_message_is_signed_by_token_and_challenge_and_both_ends_make_the_same_key() 
     assert!(!at_bridge.has_signed(b"drivf", &signature));
     assert!(!at_bridge.has_signed(b"drive", &signature[1..]));
     assert!(!at_bridge.has_signed(b"drive", b""));
-    // Neither another challenge nor another token makes it.
+    // Another challenge gives another key, and so does another token.
     for other in [
         MessageKey::of_token(token, &[2; CHALLENGE_BYTES]),
         MessageKey::of_token("another", &challenge),

@@ -1,18 +1,17 @@
-//! The server's end: one client, one lidar, and what may be asked of it.
+//! The server's end: one client, one lidar, and which requests are allowed.
 //!
-//! In: datagrams with the address that they came from, the lidar's state and readings, the time.
-//! Out: [`ServerEvent`]s.
+//! In: datagrams with their sender's address, the lidar's state and readings, the time. Out:
+//! [`ServerEvent`]s.
 //!
-//! 1. The first `HELLO` makes its sender the client. Nobody else is heard until it leaves or is
-//!    silent for [`PATIENCE`] seconds; then the lidar is stopped.
-//! 2. Of the client more than `MOST_PER_SECOND` datagrams a second are dropped; so are greetings of
-//!    all others together.
+//! 1. The first `HELLO` makes its sender the client. Nobody else is heard until it has sent no
+//!    heartbeat for [`PATIENCE`] seconds; then the lidar is stopped.
+//! 2. Datagrams beyond `MOST_PER_SECOND` a second, of all senders together, are dropped.
 //! 3. A path that is not in the list is refused, and state 4 says so.
-//! 4. Readings are kept in order, the newest [`MOST_READINGS`]; every interval that the client
-//!    asked for as many as it asked for are sent.
+//! 4. Readings are kept in order, the newest [`MOST_READINGS`]. At the interval that the client
+//!    asked for, as many are sent as it asked for.
 //!
-//! An address is whatever the caller can compare: of a UDP socket, the IP, for the paper's client
-//! listens at another port than it sends from.
+//! An address is anything that the caller can compare. For a UDP socket it is the IP address,
+//! because the paper's client listens on another port than it sends from.
 
 use std::collections::VecDeque;
 
@@ -23,9 +22,9 @@ use crate::wire::rplidar::node::Node;
 
 /// Name of the lidar in the list of devices.
 const NAME: &str = "LIDAR";
-/// Datagrams that are heard in a second; less would refuse a flood earlier.
+/// Datagrams that are heard in a second; a lower number stops a flood earlier.
 const MOST_PER_SECOND: u32 = 100;
-/// Shortest interval of readings, ms; shorter ones are made this.
+/// Shortest interval of readings, ms; shorter ones are raised to it.
 const SHORTEST_INTERVAL: u32 = 20;
 
 /// What the server wants done.
@@ -33,7 +32,7 @@ const SHORTEST_INTERVAL: u32 = 20;
 pub enum ServerEvent<A> {
     /// Send this datagram.
     Send {
-        /// To whom.
+        /// Address of the receiver.
         to: A,
         /// Its bytes.
         datagram: Vec<u8>,
@@ -45,22 +44,22 @@ pub enum ServerEvent<A> {
         /// Path of the port.
         path: String,
     },
-    /// Let it measure.
+    /// Start measuring.
     Start,
-    /// Stop it.
+    /// Stop measuring.
     Stop,
 }
 
 /// The server's end.
 #[derive(Clone, Debug)]
 pub struct Server<A> {
-    /// Paths that a client may have opened.
+    /// Paths that a client may open.
     paths: Vec<String>,
     client: Option<Client<A>>,
     state: DeviceState,
     readings: VecDeque<Node>,
     events: VecDeque<ServerEvent<A>>,
-    /// Second that is being counted, and datagrams heard in it.
+    /// The current second, and the datagrams heard in it.
     second: u64,
     heard: u32,
 }
@@ -80,7 +79,7 @@ struct Sending {
 }
 
 impl<A: Clone + PartialEq> Server<A> {
-    /// A server without a client, which may have these paths opened.
+    /// A server without a client, on which these paths may be opened.
     #[must_use]
     pub fn new(paths: Vec<String>) -> Self {
         Self {
@@ -106,8 +105,8 @@ impl<A: Clone + PartialEq> Server<A> {
         match &mut self.client {
             None if matches!(request, Request::Hello(_)) => self.greet(from, now),
             Some(client) if client.address == from => {
-                // Only a heartbeat proves a living client in the paper; a flood of orders does not
-                // keep it alive.
+                // In the paper, only a heartbeat proves that a client is alive; a flood of orders
+                // does not keep it alive.
                 if request == Request::Heartbeat {
                     client.last_heard = now;
                 }
@@ -118,7 +117,7 @@ impl<A: Clone + PartialEq> Server<A> {
         }
     }
 
-    /// Lets the server see the time: drops a silent client, sends what is due.
+    /// Called with the current time: drops a silent client, sends what is due.
     pub fn tick(&mut self, now: Stamp) {
         let Some(client) = &mut self.client else {
             return;
@@ -141,7 +140,7 @@ impl<A: Clone + PartialEq> Server<A> {
         self.reply(&Reply::Readings(nodes));
     }
 
-    /// The lidar's state changed: the client learns it.
+    /// The lidar's state changed: the client is told.
     pub fn set_state(&mut self, state: DeviceState) {
         self.state = match state {
             DeviceState::Measuring if self.is_sending() => DeviceState::Sending,
@@ -150,7 +149,8 @@ impl<A: Clone + PartialEq> Server<A> {
         self.reply(&Reply::State(self.state));
     }
 
-    /// The lidar read this. Kept while the client wants readings; the oldest give way.
+    /// Takes readings of the lidar. They are kept while the client wants readings; the oldest are
+    /// dropped.
     pub fn publish(&mut self, nodes: impl IntoIterator<Item = Node>) {
         if self.is_sending() {
             self.readings.extend(nodes);

@@ -3,14 +3,14 @@
 use super::super::message::{MessageError, SCHEMA};
 use super::{CHANNEL, ENCODING};
 
-/// Nothing of a file can be used.
+/// Why a whole file cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
-    /// It begins otherwise.
+    /// It does not begin like an MCAP file.
     #[error("bytes 0 to 7 are not those of an MCAP file")]
     Magic,
-    /// It is an MCAP file of somebody else, or ends before the first message.
+    /// It is an MCAP file of another program, or ends before the first message.
     #[error(
         "the file holds no message in a channel `{CHANNEL}` with encoding `{ENCODING}`{}: it was not recorded by slamlab",
         among(channels)
@@ -19,7 +19,7 @@ pub enum RecordingError {
         /// The channels that it has instead.
         channels: Vec<String>,
     },
-    /// Another tool compressed it.
+    /// Another tool has compressed it.
     #[error(
         "byte {offset}: the chunk here is compressed by {how}; rewrite the file without, for instance by \
          `mcap compress --compression none`"
@@ -32,21 +32,21 @@ pub enum RecordingError {
     },
 }
 
-/// Something that is wrong with a recording of which the rest can be used.
+/// Damage of a recording that can otherwise be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Damage {
-    /// These bytes make no sense; what stood there is lost.
+    /// These bytes are not readable; what was there is lost.
     #[error("bytes {from} to {to} are damaged: {what}; what stood there is lost")]
     Bytes {
         /// First byte.
         from: u64,
-        /// First byte behind it that makes sense again.
+        /// The first readable byte after it.
         to: u64,
-        /// What makes no sense.
+        /// What is wrong.
         what: String,
     },
-    /// The file ends in the middle of something.
+    /// The file ends in the middle of a record.
     #[error("the file ends at byte {at} without an end: it was cut off, and what followed is lost")]
     CutOff {
         /// Length of the file.
@@ -59,12 +59,12 @@ pub enum Damage {
     Sum {
         /// Bytes that were summed.
         to: u64,
-        /// By these bytes.
+        /// Computed from these bytes.
         found: u32,
-        /// By the file's own word.
+        /// As the file gives it.
         expected: u32,
     },
-    /// Of a bridge of another version.
+    /// Recorded by a bridge of another version.
     #[error(
         "it was recorded by a bridge that speaks another schema ({theirs}, here {SCHEMA:016x}): messages that changed since cannot \
          be read"
@@ -73,7 +73,7 @@ pub enum Damage {
         /// The schema of that bridge.
         theirs: String,
     },
-    /// A message that is there and makes no sense.
+    /// A message that is there but cannot be read.
     #[error("byte {offset}: a message cannot be read: {error}")]
     Message {
         /// Place of its record.

@@ -9,8 +9,8 @@ use mcap::records::MessageHeader;
 use super::super::message::{Format, FromBridge, Header, encode};
 use super::{CHANNEL, ENCODING};
 
-/// An unchunked file, as the bridge writes it, with a message of a foreign channel beside each;
-/// times are µs of the bridge.
+/// An unchunked file, as the bridge writes it, with a message of a foreign channel beside each of
+/// ours; times are µs of the bridge.
 pub(crate) fn write(messages: &[(u64, FromBridge)]) -> Vec<u8> {
     write_with(WriteOptions::new().use_chunks(false), messages)
 }

@@ -1,19 +1,19 @@
 //! Recordings of the bridge (MCAP files), read back.
 //!
 //! In: the bytes of a file, in pieces of any size. Out: a [`Recording`]: every message that crossed
-//! the bridge, in order; and what of the file is damaged, and where.
+//! the bridge, in order, and a list of the damage in the file.
 //!
-//! 1. Records are cut from the bytes as they come: kind (1 byte), length (8 bytes, little-endian),
-//!    content. Only messages of the channel [`CHANNEL`] are kept, as bytes; they are decoded one by
-//!    one when they are asked for, so that an hour of driving takes no more memory than its file.
+//! 1. The bytes are cut into records as they arrive: kind (1 byte), length (8 bytes,
+//!    little-endian), content. Only messages of the channel [`CHANNEL`] are kept, as bytes. They
+//!    are decoded one by one on request, so an hour of driving takes no more memory than its file.
 //! 2. Chunks are opened: our bridge writes none, but other tools rewrite files with them.
-//!    Compressed ones are refused, for there is no decompressor here.
-//! 3. A record that cannot be is [`Damage`]. Reading goes on at the next message that is surely
+//!    Compressed ones are refused, because there is no decompressor here.
+//! 3. An impossible record is [`Damage`]. Reading goes on at the next message that is certainly
 //!    ours, which begins with the magic number of [`super::message`]. The crate's own readers would
-//!    end at the first damaged byte.
-//! 4. A file that was cut off (the bridge was killed, the disk was full) ends with its last whole
-//!    message. The sum over the whole data section tells of a flipped bit that no length and no
-//!    magic number shows.
+//!    stop at the first damaged byte.
+//! 4. A file that was cut off (the bridge was killed, the disk was full) ends with its last
+//!    complete message. The checksum over the whole data section reveals a flipped bit that no
+//!    length and no magic number shows.
 //!
 //! Source: the MCAP format specification, mcap.dev/spec.
 
@@ -32,16 +32,16 @@ use super::message::{
 pub use error::{Damage, RecordingError};
 pub use reader::RecordingReader;
 
-/// Name of the channel with every message.
+/// Name of the channel that holds every message.
 pub const CHANNEL: &str = "slamlab";
-/// Encoding of its messages: protocol 1 of [`super::message`].
+/// Encoding of its messages: binary, as in [`super::message`]; the number is not their version.
 pub const ENCODING: &str = "slamlab-1";
-/// Where the channel's metadata names the schema of its messages, in hexadecimal.
+/// Key of the channel's metadata that holds the schema of its messages, in hexadecimal.
 pub const SCHEMA_KEY: &str = "schema";
 /// First bytes of every MCAP file.
 pub const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 
-/// Kind bytes of odometry and scans, see [`super::message`]; a test holds them.
+/// Kind bytes of odometry and scans, see [`super::message`]; checked by a test.
 const ODOMETRY_KIND: u8 = 3;
 const SCAN_KIND: u8 = 4;
 const KIND_AT: usize = 3;
@@ -70,14 +70,14 @@ pub struct Recorded {
     pub nanos: u64,
     /// `micros` is the bridge's time.
     pub header: Header,
-    /// Who said it.
+    /// The message, and its direction.
     pub said: Said,
 }
 
-/// Both directions stand in one channel.
+/// Both directions are in one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Said {
-    /// To whoever was connected.
+    /// To the clients connected.
     ByBridge(FromBridge),
     /// To the robot, as the message that would have caused it.
     ToRobot(ToBridge),
@@ -86,7 +86,7 @@ pub enum Said {
 impl Recording {
     /// Reads a file that is all in memory.
     ///
-    /// # Errors    [`RecordingError`]: nothing of it can be used.
+    /// # Errors    [`RecordingError`]: nothing in it can be used.
     pub fn parse(bytes: &[u8]) -> Result<Self, RecordingError> {
         let mut reader = RecordingReader::default();
         reader.push(bytes)?;
@@ -99,15 +99,15 @@ impl Recording {
         self.spans.len()
     }
 
-    /// Whether there is none; a recording that was read has some.
+    /// Whether there are none; a recording that was read has some.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.spans.is_empty()
     }
 
-    /// Message number `index`, from 0; `None` behind the last.
+    /// Message number `index`, from 0; `None` after the last.
     ///
-    /// # Errors    [`Damage`], naming its place in the file: it does not read as one of ours.
+    /// # Errors    [`Damage`], with its place in the file: the message cannot be read.
     pub fn message(&self, index: usize) -> Option<Result<Recorded, Damage>> {
         let span = *self.spans.get(index)?;
         let bytes = self.bytes.get(span.start..span.end)?;
@@ -122,14 +122,14 @@ impl Recording {
         (0..self.len()).filter_map(|index| self.message(index))
     }
 
-    /// What is wrong with the file itself, in the order of places. Messages that cannot be read are
-    /// found when they are asked for.
+    /// Damage of the file itself, in the order of places. Messages that cannot be read are only
+    /// found on request.
     #[must_use]
     pub fn damage(&self) -> &[Damage] {
         &self.damage
     }
 
-    /// Scans in it.
+    /// Number of scans in it.
     #[must_use]
     pub fn scans(&self) -> usize {
         self.of_kind(SCAN_KIND).count()
@@ -148,7 +148,7 @@ impl Recording {
         nanos(self.spans.last()).saturating_sub(nanos(self.spans.first())) as f64 * 1e-9
     }
 
-    /// The robot that it was recorded with; none where only sensors were, and in recordings of
+    /// The robot that it was recorded with; none if there were only sensors, and in recordings of
     /// bridges before 0.1.
     #[must_use]
     pub fn robot(&self) -> Option<RobotFigures> {

@@ -1,4 +1,4 @@
-//! Cuts a file into records, and finds its way again where it is damaged; see the module above.
+//! Cuts a file into records, and resynchronises where it is damaged; see the module above.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -16,11 +16,11 @@ static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 const HEAD: usize = 9;
 /// Channel, sequence and two times of a message.
 const MESSAGE_HEAD: usize = 22;
-/// Nothing that we write is longer; what claims to be is damaged.
+/// Our records are never longer; one that claims to be is damaged.
 const LONGEST: u64 = 64 << 20;
-/// Bytes that show a message of ours: heads of record and message, magic number and protocol.
+/// Bytes that identify one of our messages: heads of record and message, magic number and protocol.
 const SIGN: usize = HEAD + MESSAGE_HEAD + MESSAGE_SIGN.len();
-/// What each message of the bridge begins with.
+/// The first bytes of each message of the bridge.
 const MESSAGE_SIGN: [u8; 3] = {
     let [m0, m1] = MESSAGE_MAGIC.to_le_bytes();
     [m0, m1, PROTOCOL]
@@ -28,14 +28,14 @@ const MESSAGE_SIGN: [u8; 3] = {
 
 /// Reads a recording piece by piece.
 pub struct RecordingReader {
-    /// Bytes that are not a whole record yet.
+    /// Bytes that are not a complete record yet.
     waiting: Vec<u8>,
-    /// Place of the first of them in the file.
+    /// Position of the first of them in the file.
     at: u64,
     phase: Phase,
-    /// Nothing follows on what waits.
+    /// Nothing follows after the waiting bytes.
     is_all: bool,
-    /// Of all channels seen: name, and whether its messages are ours.
+    /// For each channel seen: its name, and whether its messages are ours.
     channels: BTreeMap<u16, (String, bool)>,
     sum: Digest<'static, u32, Table<16>>,
     recording: Recording,
@@ -44,7 +44,7 @@ pub struct RecordingReader {
 enum Phase {
     Start,
     Records,
-    /// Since this byte, for this reason.
+    /// Out of step since this byte, for this reason.
     Lost(u64, String),
     /// The data section is over.
     Ended,
@@ -74,9 +74,9 @@ impl Default for RecordingReader {
 }
 
 impl RecordingReader {
-    /// Takes the next bytes, as many as there are.
+    /// Takes the next bytes, any number of them.
     ///
-    /// # Errors    [`RecordingError`]: this is no file of ours, or cannot be read here.
+    /// # Errors    [`RecordingError`]: this is not one of our files, or cannot be read here.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), RecordingError> {
         self.waiting.extend_from_slice(bytes);
         let waiting = std::mem::take(&mut self.waiting);
@@ -90,7 +90,7 @@ impl RecordingReader {
         Ok(())
     }
 
-    /// The file is all there.
+    /// The file is complete.
     ///
     /// # Errors    [`RecordingError`]: nothing in it is ours.
     pub fn finish(mut self) -> Result<Recording, RecordingError> {
@@ -111,13 +111,14 @@ impl RecordingReader {
         Ok(self.recording)
     }
 
-    /// A record that is longer than the rest of the file was cut off; or its length is damaged, and
-    /// others follow.
+    /// A record longer than the rest of the file was cut off; or its length is damaged, and other
+    /// records follow.
     fn look_past_the_last(&mut self) -> Result<(), RecordingError> {
         while matches!(self.phase, Phase::Records) && !self.waiting.is_empty() {
             let what = "a record that is longer than the rest of the file".to_owned();
             self.phase = Phase::Lost(self.at, what);
-            // The record that does not fit is a sign itself: the next one is wanted.
+            // The record that does not fit looks like one of our messages itself: find the next
+            // one.
             self.waiting.remove(0);
             self.at += 1;
             self.push(&[])?;
@@ -129,8 +130,8 @@ impl RecordingReader {
         Ok(())
     }
 
-    /// Takes one record, or what can be passed over; how many bytes that is, `None` where more are
-    /// needed.
+    /// Takes one record, or bytes that can be skipped; returns their number, `None` if more bytes
+    /// are needed.
     fn take(&mut self, bytes: &[u8]) -> Result<Option<usize>, RecordingError> {
         match &self.phase {
             Phase::Start => self.start(bytes),
@@ -183,7 +184,7 @@ impl RecordingReader {
         Ok(Some(end))
     }
 
-    /// Whether `next` begins with what can follow on this record; `None` where that is not to be
+    /// Whether `next` begins with something that can follow this record; `None` if that cannot be
     /// seen yet.
     fn leads_on(&self, record: &Record<'_>, next: &[u8]) -> Option<bool> {
         let ((kind, length), id) = (head(next)?, channel(next)?);
@@ -195,15 +196,15 @@ impl RecordingReader {
         Some(is_known && is_plausible(kind, length))
     }
 
-    /// The record that begins here makes no sense: the search for one that does begins behind its
+    /// The record that begins here is not readable: the search for a readable one begins after its
     /// first byte.
     fn lose(&mut self, what: String) -> Option<usize> {
         self.phase = Phase::Lost(self.at, what);
         Some(1)
     }
 
-    /// Whether it is damage in the next record, and not in the length of this one, that leads
-    /// nowhere.
+    /// Whether this is a complete message. Then the damage is in the next record, not in the length
+    /// of this one.
     fn is_whole_message(&self, record: &Record<'_>) -> bool {
         match record {
             Record::Message { header, data } => {
@@ -240,7 +241,7 @@ impl RecordingReader {
         Ok(())
     }
 
-    /// Where the record that names the channel is damaged, the magic number has to do.
+    /// If the record that names the channel is damaged, the magic number must suffice.
     fn is_ours(&self, channel: u16, data: &[u8]) -> bool {
         match self.channels.get(&channel) {
             Some((_, is_ours)) => *is_ours,
@@ -248,8 +249,8 @@ impl RecordingReader {
         }
     }
 
-    /// The records inside of a chunk; one that is damaged is reported as damage from there to its
-    /// end.
+    /// The records in a chunk; if one is damaged, the chunk from there to its end is reported as
+    /// damage.
     fn chunk(
         &mut self,
         header: &mcap::records::ChunkHeader,
@@ -285,7 +286,7 @@ impl RecordingReader {
         self.recording.damage.push(damage);
     }
 
-    /// 0 stands for a sum that nobody made; after damage none can fit.
+    /// 0 stands for a checksum that was not computed; after damage none can match.
     fn check(&mut self, expected: u32, to: u64) {
         let found = self.sum.clone().finalize();
         if expected != 0 && found != expected && self.is_undamaged() {
@@ -297,7 +298,7 @@ impl RecordingReader {
         }
     }
 
-    /// Whether every byte so far was read; another schema is no damage of the file.
+    /// Whether every byte so far was readable; another schema is not damage of the file.
     fn is_undamaged(&self) -> bool {
         let damage = &self.recording.damage;
         damage
@@ -305,7 +306,7 @@ impl RecordingReader {
             .all(|damage| matches!(damage, Damage::Schema { .. }))
     }
 
-    /// Looks for the next message that is surely ours; how many bytes can be passed over.
+    /// Searches for the next message that is certainly ours; returns the number of bytes to skip.
     fn search(&mut self, bytes: &[u8]) -> Option<usize> {
         let found = bytes.windows(SIGN).position(is_sign);
         let passed = found.unwrap_or(bytes.len().saturating_sub(SIGN - 1));
@@ -321,8 +322,8 @@ impl RecordingReader {
     }
 }
 
-/// Whether a record of the data section can be so long: no shorter than its fixed fields
-/// (mcap.dev/spec, Records), and no longer than anybody writes.
+/// Whether a record of the data section can have this length: no shorter than its fixed fields
+/// (mcap.dev/spec, Records), and no longer than any writer's.
 fn is_plausible(kind: u8, length: u64) -> bool {
     let least = match kind {
         op::FOOTER => return length == 20,
@@ -339,8 +340,8 @@ fn is_plausible(kind: u8, length: u64) -> bool {
     (least..=LONGEST).contains(&length)
 }
 
-/// Whether a message of ours surely begins here: both its times are the same, and after them stands
-/// what each message of the bridge begins with.
+/// Whether one of our messages certainly begins here: both its times are equal, and the bytes after
+/// them are those that begin each message of the bridge.
 fn is_sign(bytes: &[u8]) -> bool {
     let at = |from: usize, to: usize| bytes.get(HEAD + from..HEAD + to);
     bytes.first() == Some(&op::MESSAGE)

@@ -49,7 +49,7 @@ fn drive() -> Vec<(u64, FromBridge)> {
     (0..30).map(|i| (10_000 * i, message(i))).collect()
 }
 
-/// Bridge time and message of all that can be read.
+/// Bridge time and message of everything that can be read.
 fn readable(recording: &Recording) -> Vec<(u64, FromBridge)> {
     let said = recording.messages().filter_map(Result::ok);
     said.map(|recorded| match recorded.said {
@@ -102,7 +102,7 @@ fn a_compressed_chunk_is_refused_by_name() {
     assert_eq!(error, expect);
 }
 
-/// Wherever it is cut, it reads up to there, and says so.
+/// Wherever the file is cut, it can be read up to there, and the damage is reported.
 #[test]
 fn a_file_that_was_cut_off_reads_up_to_there() {
     let file = fixture::write(&drive());
@@ -114,7 +114,7 @@ fn a_file_that_was_cut_off_reads_up_to_there() {
                 assert_eq!(messages, drive()[..messages.len()], "cut at {end}");
                 assert!(messages.len() >= most, "cut at {end}");
                 most = messages.len();
-                // Behind the data there is the summary, which we do not need.
+                // After the data comes the summary, which we do not need.
                 let is_whole = most == 30 && recording.damage().is_empty();
                 let at = end as u64;
                 assert!(is_whole || recording.damage() == [Damage::CutOff { at }]);
@@ -125,9 +125,9 @@ fn a_file_that_was_cut_off_reads_up_to_there() {
     assert_eq!(most, 30);
 }
 
-/// Each byte of the file in turn, by each of its bits that matter: what is lost or changed is never
-/// passed over in silence, and at most three messages suffer: a damaged length may swallow the
-/// next, and two may lie before the next sure sign.
+/// Each byte of the file in turn, and each of its bits that matter. Nothing that is lost or changed
+/// is ignored in silence, and at most three messages are lost: a damaged length may swallow the
+/// next one, and two may lie before the next certain sign.
 #[test]
 fn a_flipped_bit_anywhere_costs_little_and_is_told() {
     let (file, truth) = (fixture::write(&drive()), drive());
@@ -139,7 +139,7 @@ fn a_flipped_bit_anywhere_costs_little_and_is_told() {
             let mut damaged = file.clone();
             damaged[at] ^= 1 << bit;
             let Ok(recording) = Recording::parse(&damaged) else {
-                // Our channel lost its name: all our messages are those of somebody else.
+                // Our channel lost its name: all our messages count as those of another program.
                 assert!(at < 300, "byte {at}, bit {bit}");
                 continue;
             };

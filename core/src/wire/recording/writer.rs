@@ -1,5 +1,5 @@
-//! A recording of messages that did not come from a bridge: of another program's log, put into the
-//! same words.
+//! A recording of messages that did not come from a bridge: for instance of another program's log,
+//! converted to messages.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -11,9 +11,9 @@ use super::super::message::{Format, FromBridge, Header, MessageError, SCHEMA, en
 use super::{CHANNEL, ENCODING, Recording, SCHEMA_KEY};
 
 impl Recording {
-    /// Of messages in order, each with its time, µs.
+    /// Makes a recording of messages in order, each with its time, µs.
     ///
-    /// # Errors    [`MessageError`] of one that is longer than a message may be.
+    /// # Errors    [`MessageError`] for a message that is longer than allowed.
     pub fn of_messages(
         messages: impl IntoIterator<Item = (u64, FromBridge)>,
     ) -> Result<Self, MessageError> {
@@ -30,8 +30,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// The file that [`super::RecordingReader`] reads back: as the bridge writes it, without
-    /// chunks.
+    /// The file as the bridge writes it, without chunks; [`super::RecordingReader`] reads it back.
     ///
     /// # Errors    None that a recording can cause: writing to memory does not fail.
     pub fn write(&self) -> Result<Vec<u8>, McapError> {

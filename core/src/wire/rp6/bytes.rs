@@ -1,11 +1,12 @@
-//! Values out of a payload and into one: numbers little-endian, structs field by field.
+//! Reads values from a payload and writes them: numbers little-endian, structs field by field.
 
-/// A value of a payload.
+/// A value in a payload.
 pub(super) trait Field: Sized {
     /// Appends its bytes.
     fn put(&self, out: &mut Vec<u8>);
 
-    /// Takes it from the front of `payload`; `None` where bytes are missing, or are no such value.
+    /// Takes it from the front of `payload`; `None` if bytes are missing or do not make such a
+    /// value.
     fn take(payload: &mut &[u8]) -> Option<Self>;
 }
 
@@ -37,7 +38,7 @@ impl<T: Field> Field for [T; 2] {
     }
 }
 
-/// A struct whose fields stand on the wire in the order in which they stand here.
+/// A struct whose fields are on the wire in the order given.
 macro_rules! fields {
     (
         $(#[$meta:meta])*
@@ -61,7 +62,7 @@ macro_rules! fields {
 }
 pub(super) use fields;
 
-/// An enum whose variants have these numbers on the wire; `or Other` has all other numbers.
+/// An enum whose variants have the given numbers on the wire; `or Other` takes all other numbers.
 macro_rules! codes {
     (
         $(#[$meta:meta])*
@@ -99,7 +100,7 @@ macro_rules! codes {
 }
 pub(super) use codes;
 
-/// The messages of one direction: kind, and fields in the order in which they stand on the wire.
+/// The messages of one direction: kind, and fields in the order on the wire.
 macro_rules! messages {
     (
         $Enum:ident, at most $longest:expr;

@@ -1,17 +1,17 @@
-//! Where the units change: millimetres, milliradians and counts of the wire; metres, radians and
-//! poses inside.
+//! Converts units: millimetres, milliradians and counts on the wire; metres, radians and poses
+//! inside.
 //!
 //! In: commands of the core, telemetry. Out: commands of the wire, odometry with covariance.
 //!
-//! 1. A command that the wire cannot hold is refused and named; nothing is clamped in silence.
+//! 1. A command that the wire cannot hold is refused and named; nothing is silently clamped.
 //! 2. The counts wrap after 2³¹ and the robot's clock after 49 days. Differences are taken modulo
-//!    2³², so both go on.
+//!    2³², so both continue correctly.
 //! 3. Counts become metres by the [`RobotModel`], whose figures the robot's [`Hello`] can replace.
 
 use super::{Command, Hello, Ranger, Telemetry};
 use crate::robot::{self, Adc, Odometry, RobotModel, Stamp, TrackOdometry};
 
-/// What reads the battery: 10 bits over 5 V, behind a divider by two.
+/// The converter of the battery voltage: 10 bits over 5 V, behind a divider by two.
 ///
 /// Source: the RP6's own display of its battery, counts / 102.4.
 pub const BATTERY_ADC: Adc = Adc {
@@ -25,7 +25,7 @@ pub const BATTERY_ADC: Adc = Adc {
 pub struct CommandError {
     /// The figure.
     pub field: &'static str,
-    /// What stands there, SI.
+    /// Its value, SI.
     pub value: f64,
     /// The least that fits.
     pub least: f64,
@@ -37,7 +37,7 @@ impl TryFrom<&robot::Command> for Command {
     type Error = CommandError;
 
     /// `Scan` becomes a sweep of the servo over a quarter turn in steps of 2°, which four rangers
-    /// make a whole one.
+    /// make a whole turn.
     fn try_from(command: &robot::Command) -> Result<Self, CommandError> {
         Ok(match *command {
             robot::Command::Stop => Self::Stop,
@@ -72,7 +72,7 @@ fn large(field: &'static str, value: f64) -> Result<i32, CommandError> {
 
 fn within(field: &'static str, value: f64, scale: f64, most: f64) -> Result<f64, CommandError> {
     let scaled = (value * scale).round();
-    // NaN is not within.
+    // NaN fails this comparison.
     match scaled.abs() <= most {
         true => Ok(scaled),
         false => Err(CommandError {
@@ -85,8 +85,7 @@ fn within(field: &'static str, value: f64, scale: f64, most: f64) -> Result<f64,
 }
 
 impl Hello {
-    /// The RP6's model with the geometry that this robot says it has; a figure of 0 is one it does
-    /// not know.
+    /// The RP6's model with the geometry that this robot reports; a figure of 0 is unknown to it.
     #[must_use]
     pub fn model(&self) -> RobotModel {
         let mut model = RobotModel::rp6();
@@ -108,7 +107,7 @@ impl Hello {
 }
 
 impl Telemetry {
-    /// Volts of the battery.
+    /// Battery voltage, V.
     #[must_use]
     pub fn battery_volts(&self) -> f64 {
         BATTERY_ADC.volts(self.battery_adc.into())
@@ -116,20 +115,20 @@ impl Telemetry {
 }
 
 impl Ranger {
-    /// Volts of the ranger.
+    /// Voltage of the ranger, V.
     #[must_use]
     pub fn volts(&self) -> f64 {
         Adc::rp6().volts(self.adc.into())
     }
 
-    /// Where the servo stood, rad, counter-clockwise from straight ahead.
+    /// Angle of the servo, rad, counter-clockwise from straight ahead.
     #[must_use]
     pub fn servo_angle(&self) -> f64 {
         1e-3 * f64::from(self.servo_mrad)
     }
 }
 
-/// Makes odometry of telemetry.
+/// Computes odometry from telemetry.
 #[derive(Clone, Debug)]
 pub struct Odometer {
     tracks: TrackOdometry,
@@ -150,9 +149,9 @@ impl Odometer {
         }
     }
 
-    /// The motion since the last telemetry, in the robot's own time, which goes on where its clock
-    /// wraps; the first stands still. `None` for telemetry that is not later than the last: it came
-    /// twice, or the robot restarted, which takes an odometer of its own.
+    /// The motion since the last telemetry, in the robot's own time, continued where its clock
+    /// wraps; the first one is zero. `None` for telemetry that is not later than the last: it came
+    /// twice, or the robot restarted, which needs a new odometer.
     pub fn update(&mut self, telemetry: &Telemetry) -> Option<Odometry> {
         let Some(last) = self.last else {
             self.stamp = Stamp(1_000 * u64::from(telemetry.time_ms));
@@ -161,7 +160,7 @@ impl Odometer {
             return Some(self.tracks.update(self.stamp, self.counts));
         };
         let elapsed = telemetry.time_ms.wrapping_sub(last.time_ms);
-        // The half of the circle that lies behind.
+        // More than half the range ahead means that it lies behind.
         if elapsed == 0 || elapsed > u32::MAX / 2 {
             return None;
         }

@@ -1,4 +1,4 @@
-//! What an RP6 of tests says of itself.
+//! The hello of an RP6 in tests.
 
 use super::{Hello, PROTOCOL, ResetCause};
 

@@ -1,12 +1,12 @@
 //! Frames: markers, byte stuffing and checksum around a message.
 //!
-//! In: bytes as they come. Out: frames, and counters of what was thrown away.
+//! In: bytes as they arrive. Out: frames, and counters of what was thrown away.
 //!
-//! 1. Bytes are kept until a zero; more than the longest frame are thrown away at once, so memory
-//!    is bounded.
-//! 2. What lies between two zeros is unstuffed in place, and its CRC compared.
-//! 3. Kind, length and values must be those of the table; a checksum alone lets one wrong frame in
-//!    65536 pass.
+//! 1. Bytes are kept until a zero. Pieces longer than the longest frame are thrown away at once, so
+//!    memory is bounded.
+//! 2. The bytes between two zeros are unstuffed in place, and their CRC is checked.
+//! 3. Kind, length and values must be those of the table: a checksum alone accepts one wrong frame
+//!    in 65536.
 
 use std::marker::PhantomData;
 
@@ -20,12 +20,12 @@ pub const LONGEST_TO_ROBOT: usize = 31;
 const CRC: crc::Crc<u16> = crc::Crc::<u16>::new(&crc::CRC_16_MCRF4XX);
 const MARKER: u8 = 0;
 
-/// A message and the sequence it came with.
+/// A message and its sequence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame<M> {
     /// Counts the frames of one direction, modulo 256.
     pub sequence: u8,
-    /// What it says.
+    /// The message.
     pub message: M,
 }
 
@@ -33,13 +33,13 @@ pub struct Frame<M> {
 #[derive(Clone, Debug)]
 pub struct Decoder<M> {
     piece: Vec<u8>,
-    /// The present piece is longer than any frame.
+    /// The current piece is longer than any frame.
     is_overlong: bool,
     tally: Tally,
     direction: PhantomData<M>,
 }
 
-/// The bytes of a frame on the line, markers included.
+/// The bytes of a frame on the line, including markers.
 #[must_use]
 pub fn encode<M: Message>(sequence: u8, message: &M) -> Vec<u8> {
     let mut bytes = vec![message.kind(), sequence];
@@ -60,19 +60,18 @@ impl<M> Default for Decoder<M> {
 }
 
 impl<M: Message> Decoder<M> {
-    /// What became of the bytes since the decoder was made. A frame that is longer than any is
-    /// rejected.
+    /// Counts of the bytes since the decoder was made. Frames that are too long are rejected.
     #[must_use]
     pub fn tally(&self) -> Tally {
         self.tally
     }
 
-    /// The frames that these bytes complete, in their order.
+    /// The frames that these bytes complete, in order.
     pub fn push<'a>(&'a mut self, bytes: &'a [u8]) -> impl Iterator<Item = Frame<M>> + 'a {
         bytes.iter().filter_map(|&byte| self.push_byte(byte))
     }
 
-    /// Takes one byte; gives the frame that it completes.
+    /// Takes one byte; returns the frame that it completes.
     pub fn push_byte(&mut self, byte: u8) -> Option<Frame<M>> {
         self.tally.bytes += 1;
         if byte != MARKER {
@@ -90,7 +89,7 @@ impl<M: Message> Decoder<M> {
         frame
     }
 
-    /// Forgets a frame that was begun, as after a line that was cut.
+    /// Drops an incomplete frame, as after a break of the line.
     pub fn restart(&mut self) {
         self.tally.discarded += self.piece.len() as u64;
         self.piece.clear();
@@ -125,8 +124,8 @@ impl<M: Message> Decoder<M> {
     }
 }
 
-/// The frame in a piece between two markers; `None` where stuffing, checksum, kind, length or a
-/// value is wrong.
+/// The frame in a piece between two markers; `None` if stuffing, checksum, kind, length or a value
+/// is wrong.
 fn check<M: Message>(piece: &mut [u8]) -> Option<Frame<M>> {
     let (message, crc) = unstuff(piece)?.split_last_chunk::<2>()?;
     let [kind, sequence, payload @ ..] = message else {
@@ -141,7 +140,7 @@ fn check<M: Message>(piece: &mut [u8]) -> Option<Frame<M>> {
     })
 }
 
-/// Takes the stuffing out of a piece without zeros, in place.
+/// Removes the stuffing of a piece without zeros, in place.
 fn unstuff(piece: &mut [u8]) -> Option<&[u8]> {
     let length = cobs::decode_in_place(piece).ok()?;
     piece.get(..length)

@@ -1,8 +1,8 @@
 //! The link to an RP6: who is at the other end, and whether a command has reached it.
 //!
-//! In: bytes from the line, commands, time. Out: bytes for the line, events. No clock and no port
-//! of its own: whoever owns the port calls [`Link::receive`] with what came, [`Link::tick`] now and
-//! then (every 10 ms will do), and writes what [`Link::take_output`] gives.
+//! In: bytes from the line, commands, time. Out: bytes for the line, events. It has neither clock
+//! nor port: the owner of the port calls [`Link::receive`] with the bytes that arrived and
+//! [`Link::tick`] regularly (every 10 ms is enough), and writes the bytes of [`Link::take_output`].
 //!
 //! ```text
 //!             [RP6BOOT]                 [READY] -> sends `s`
@@ -18,15 +18,15 @@
 //! ```
 //!
 //! 1. Opening the port may reset the robot. Then its boot loader speaks, and anything but `s` would
-//!    confuse it: so nothing is sent at first, and nothing from `[RP6BOOT]` on until `[READY]`.
-//! 2. Otherwise the robot is greeted with a nonce until it answers with the same one. A greeted
-//!    robot stands.
-//! 3. Commands go one at a time: each is sent again until it is acknowledged, so none is overtaken
-//!    and none done twice. Speeds are not sent again; while another command waits for its
-//!    acknowledgement, the newest of them waits too, until a later command takes its place. A look
-//!    aside does not: the servo is not the tracks.
-//! 4. `Stop` and `EStop` wait for nothing and throw away what waits.
-//! 5. Nothing outlives a break of the link: queue and arming are lost, and the link always comes
+//!    confuse it. So nothing is sent at first, and nothing from `[RP6BOOT]` until `[READY]`.
+//! 2. Otherwise the robot is greeted with a nonce until it answers with the same one. A greeting
+//!    makes it stand still.
+//! 3. Commands go one at a time. Each is resent until it is acknowledged, so none is overtaken and
+//!    none is carried out twice. Speeds are not resent: while another command waits for its
+//!    acknowledgement, the newest speed waits too, until a later command replaces it. A look aside
+//!    does not replace it, because the servo is not the tracks.
+//! 4. `Stop` and `EStop` wait for nothing and discard everything that waits.
+//! 5. Nothing survives a break of the link: queue and arming are lost, and the link always comes
 //!    back disarmed.
 
 #[cfg(test)]
@@ -45,13 +45,13 @@ use crate::wire::Tally;
 
 /// How long to listen for a boot loader after opening, s.
 const LISTEN: f64 = 0.5;
-/// Time between greetings, s.
+/// Interval of greetings, s.
 const GREET_EVERY: f64 = 0.25;
-/// Unanswered greetings after which somebody has to reset the robot. It is still greeted, once in
-/// 2 s.
+/// Unanswered greetings after which somebody has to reset the robot. It is still greeted, once
+/// every 2 s.
 const GREETINGS: u32 = 8;
-/// Time after which a command without acknowledgement is sent again, s: a frame each way, behind
-/// one of telemetry, takes 0.02 s at 38400 baud.
+/// Time after which a command without acknowledgement is resent, s: a frame each way, after one of
+/// telemetry, takes 0.02 s at 38400 baud.
 const RETRY_AFTER: f64 = 0.06;
 /// How often a command is sent before the link counts as broken.
 const TRIES: u32 = 5;
@@ -59,12 +59,12 @@ const TRIES: u32 = 5;
 const SILENCE: f64 = 1.0;
 /// Time that the boot loader and the start of the program may take, s.
 const BOOT: f64 = 3.0;
-/// Greetings come this much slower when a reset is needed.
+/// Greetings are this much slower when a reset is needed.
 const SLOW_GREETING: f64 = 8.0;
 /// Commands that may wait.
 const LONGEST_QUEUE: usize = 8;
 
-/// A command on its way.
+/// A command that has been sent and not acknowledged.
 #[derive(Clone, Copy, Debug)]
 struct Outstanding {
     command: Command,
@@ -73,11 +73,11 @@ struct Outstanding {
     tries: u32,
 }
 
-/// The link's end at the host.
+/// The host's end of the link.
 #[derive(Clone, Debug)]
 pub struct Link {
     phase: Phase,
-    /// When the phase began, when something good was last heard, when the last greeting was sent.
+    /// When the phase began, when a good frame last arrived, when the last greeting was sent.
     since: Stamp,
     heard: Stamp,
     greeted: Option<Stamp>,
@@ -96,8 +96,8 @@ pub struct Link {
 }
 
 impl Link {
-    /// A link over a port that was just opened. `nonce` tells this opening from earlier ones; the
-    /// caller counts or draws it.
+    /// A link over a port that was just opened. `nonce` distinguishes this opening from earlier
+    /// ones; the caller counts it or draws it at random.
     #[must_use]
     pub fn new(now: Stamp, nonce: u8) -> Self {
         Self {
@@ -119,7 +119,7 @@ impl Link {
         }
     }
 
-    /// Where the link stands.
+    /// The phase of the link.
     #[must_use]
     pub fn phase(&self) -> Phase {
         self.phase
@@ -131,7 +131,7 @@ impl Link {
         self.is_armed
     }
 
-    /// What became of the bytes that came.
+    /// Counts of the bytes received.
     #[must_use]
     pub fn tally(&self) -> Tally {
         self.decoder.tally()
@@ -146,7 +146,7 @@ impl Link {
         Ok(())
     }
 
-    /// Lets no command move the robot, and stops it.
+    /// Lets no command move the robot any more, and stops it.
     pub fn disarm(&mut self, now: Stamp) {
         self.is_armed = false;
         if self.phase == Phase::Running {
@@ -156,8 +156,8 @@ impl Link {
 
     /// Takes a command for the robot.
     ///
-    /// # Errors    [`LinkError`]: no robot, not armed, too much under way. `Stop` and `EStop` of a
-    /// running robot never fail.
+    /// # Errors    [`LinkError`]: no robot, not armed, too many commands wait. `Stop` and `EStop`
+    /// of a running robot never fail.
     pub fn command(&mut self, command: Command, now: Stamp) -> Result<(), LinkError> {
         self.check_running()?;
         if matches!(command, Command::Stop | Command::EStop) {
@@ -182,7 +182,7 @@ impl Link {
         Ok(())
     }
 
-    /// Takes bytes as they came.
+    /// Takes bytes as they arrive.
     pub fn receive(&mut self, bytes: &[u8], now: Stamp) {
         for &byte in bytes {
             if let Some(heard) = self.text.push(byte) {
@@ -194,7 +194,7 @@ impl Link {
         }
     }
 
-    /// Lets time pass: sends again, greets, notices silence.
+    /// Lets time pass: resends, greets, detects silence.
     pub fn tick(&mut self, now: Stamp) {
         match self.phase {
             Phase::Listening if now.since(self.since) >= LISTEN => self.greet_anew(now),
@@ -224,7 +224,7 @@ impl Link {
         std::mem::take(&mut self.output)
     }
 
-    /// The next thing to know.
+    /// The next event.
     pub fn next_event(&mut self) -> Option<LinkEvent> {
         self.events.pop_front()
     }
@@ -238,7 +238,7 @@ impl Link {
 
     fn hear(&mut self, heard: Heard, now: Stamp) {
         match heard {
-            // Ready without the boot loader's name before it too: its first line may have been
+            // Also if ready arrives without the boot loader's name: its first line may have been
             // lost.
             Heard::BootLoader | Heard::Ready => {
                 self.lose(Down::Restarted);
@@ -260,7 +260,7 @@ impl Link {
         self.heard = now;
         match frame.message {
             Report::Hello(hello) => self.take_hello(hello, now),
-            // Of an earlier life of the robot or of the link, until it has greeted back.
+            // Sent before the restart of robot or link: ignored until the robot has greeted back.
             _ if self.phase != Phase::Running => (),
             Report::Ack { of, result } => self.take_ack(of, result, now),
             Report::Telemetry(telemetry) => self.events.push_back(LinkEvent::Telemetry(telemetry)),
@@ -271,7 +271,8 @@ impl Link {
     fn take_hello(&mut self, hello: Hello, now: Stamp) {
         if hello.protocol != super::PROTOCOL {
             self.lose(Down::OtherProtocol(hello.protocol));
-            // Entered again it would be greeted at once, and answer at once.
+            // If the phase were entered again, the robot would be greeted at once, and answer at
+            // once.
             if self.phase != Phase::ResetNeeded {
                 self.enter(Phase::ResetNeeded, now);
             }
@@ -286,7 +287,7 @@ impl Link {
             self.events.push_back(LinkEvent::Up(hello));
             return;
         }
-        // It spoke first: it has just started. A greeting makes sure that it hears us too.
+        // It spoke first: it has just started. A greeting makes sure that it also hears us.
         if hello.nonce == 0 {
             self.lose(Down::Restarted);
             self.greet_anew(now);
@@ -305,7 +306,7 @@ impl Link {
         self.send_next(now);
     }
 
-    /// Sends at once, and gives up all that waits.
+    /// Sends at once, and drops everything that waits.
     fn overtake(&mut self, command: Command, now: Stamp) {
         self.drop_waiting();
         self.queue.push_back(command);
@@ -383,7 +384,7 @@ impl Link {
         self.greet_anew(now);
     }
 
-    /// Forgets what depended on the robot being there. Says so once.
+    /// Drops everything that depended on the robot being there. Reports it once.
     fn lose(&mut self, why: Down) {
         let is_news = self.phase == Phase::Running
             || matches!(why, Down::EmergencyShutdown | Down::OtherProtocol(_))
@@ -404,7 +405,8 @@ impl Link {
 
     fn enter(&mut self, phase: Phase, now: Stamp) {
         if phase == Phase::Greeting || phase == Phase::Listening {
-            // Another nonce: a late answer to an old greeting is no answer. 0 is the robot's own.
+            // A new nonce: a late answer to an old greeting is no answer. 0 is reserved for the
+            // robot.
             self.nonce = self.nonce.checked_add(1).unwrap_or(1);
             self.greetings = 0;
         }

@@ -1,10 +1,10 @@
-//! What both directions have in common, and the commands, field by field as on the wire; the table
-//! of the parent module is their layout.
+//! What both directions have in common, and the commands, field by field as on the wire. The table
+//! of the parent module gives their layout.
 //!
-//! In: kind and payload. Out: a message, or nothing where kind, length or a value is not of the
-//! table; and back.
+//! In: kind and payload. Out: a message, or nothing if kind, length or a value is not in the table;
+//! and back.
 //!
-//! Units are those of the wire, named in each field: [`super::convert`](super) turns them into
+//! Units are those of the wire, named in each field: [`super::convert`](super) converts them to
 //! metres and radians.
 
 use super::bytes::{Field, messages};
@@ -14,22 +14,22 @@ pub trait Message: Sized {
     /// Longest frame of this direction, markers included.
     const LONGEST_FRAME: usize;
 
-    /// The byte that says which message it is.
+    /// The byte that tells the kind of message.
     fn kind(&self) -> u8;
 
     /// Appends the payload.
     fn put_payload(&self, out: &mut Vec<u8>);
 
-    /// The message of this kind and payload; `None` where the table of the protocol has no such.
+    /// The message of this kind and payload; `None` if the table of the protocol has none.
     fn parse(kind: u8, payload: &[u8]) -> Option<Self>;
 }
 
-/// What the robot is asked to do.
+/// Commands to the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Say hello; stand, and forget which sequences were seen.
+    /// Say hello; stand still, and forget the sequences seen.
     Greet {
-        /// Comes back in the [`Hello`](super::Hello); never 0, which a robot uses that speaks
+        /// Returned in the [`Hello`](super::Hello); never 0, which the robot uses when it speaks
         /// first.
         nonce: u8,
     },
@@ -42,7 +42,7 @@ pub enum Command {
     },
     /// Drive straight.
     Forward {
-        /// The way, µm; negative drives back.
+        /// Distance, µm; negative drives back.
         way_um: i32,
     },
     /// Turn on the spot.
@@ -54,7 +54,7 @@ pub enum Command {
     Stop,
     /// Motors off at once; stays so until [`Command::Reset`].
     EStop,
-    /// Ends an emergency stop. What was under way stays given up.
+    /// Ends an emergency stop. The motion that it interrupted is not resumed.
     Reset,
     /// Points the servo.
     Servo {
@@ -72,7 +72,7 @@ pub enum Command {
     },
     /// How often telemetry is wanted.
     SetRate {
-        /// Time from one to the next, ms.
+        /// Interval of telemetry, ms.
         period_ms: u16,
     },
     /// The driver is there and has nothing new to say.
@@ -80,7 +80,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Whether it is sent again until it is acknowledged. A stream of speeds is its own repetition.
+    /// Whether it is resent until it is acknowledged. A stream of speeds repeats itself.
     #[must_use]
     pub fn is_reliable(&self) -> bool {
         !matches!(self, Self::Velocity { .. } | Self::Alive)

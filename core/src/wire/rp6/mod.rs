@@ -1,21 +1,21 @@
 //! Our protocol to the RP6, over its serial line: 38400 baud, 8 data bits, no parity, 1 stop bit.
 //!
-//! In: bytes in pieces of any size, or messages. Out: messages with what was thrown away, or bytes.
-//! The firmware in `bridge/firmware` speaks the very same bytes.
+//! In: bytes in pieces of any size, or messages. Out: messages with counts of what was thrown away,
+//! or bytes. The firmware in `bridge/firmware` uses exactly the same bytes.
 //!
 //! 1. A message is `kind, sequence, payload`. Numbers are little-endian, signed ones in two's
 //!    complement.
-//! 2. A CRC-16 over all that is appended, low byte first.
-//! 3. COBS (Cheshire & Baker 1999) takes the zero bytes out, at the cost of one byte.
-//! 4. A zero byte before and one behind mark the frame. After noise the next zero is a place to
-//!    start again.
+//! 2. A CRC-16 over all of it is appended, low byte first.
+//! 3. COBS (Cheshire & Baker 1999) removes the zero bytes, at the cost of one byte.
+//! 4. A zero byte before and one after mark the frame. After noise, decoding restarts at the next
+//!    zero.
 //!
 //! ```text
 //! 00 | COBS( kind | sequence | payload … | CRC low | CRC high ) | 00
 //! ```
 //!
-//! To the robot a frame has at most [`LONGEST_TO_ROBOT`] bytes: small receive buffers hold it
-//! whole.
+//! A frame to the robot has at most [`LONGEST_TO_ROBOT`] bytes: small receive buffers hold it
+//! completely.
 //!
 //! | to the robot | kind | payload | what it asks for |
 //! |---|---|---|---|
@@ -25,11 +25,11 @@
 //! | [`Command::Turn`] | 04 | angle i32 µrad | turn on the spot, counter-clockwise |
 //! | [`Command::Stop`] | 05 | | motors off at once |
 //! | [`Command::EStop`] | 06 | | motors off at once, and latched |
-//! | [`Command::Reset`] | 07 | | unlatch; nothing moves by that |
-//! | [`Command::Servo`] | 08 | angle i16 mrad | point the servo, give up a sweep |
+//! | [`Command::Reset`] | 07 | | unlatch; this moves nothing |
+//! | [`Command::Servo`] | 08 | angle i16 mrad | point the servo, abort a sweep |
 //! | [`Command::Sweep`] | 09 | from, to, step: i16 mrad each | one sweep of the servo, with rangers |
 //! | [`Command::SetRate`] | 0A | period u16 ms | telemetry once in this period, 10 to 500 ms |
-//! | [`Command::Alive`] | 0B | | go on with what is under way |
+//! | [`Command::Alive`] | 0B | | continue the motion under way |
 //!
 //! | from the robot | kind | payload |
 //! |---|---|---|
@@ -40,16 +40,16 @@
 //!
 //! State: bit 0 left bumper, 1 right bumper, 2 moving, 3 sweeping, 4 emergency stop latched, 5
 //! stopped by silence. Fault: 0 none, 1 left encoder silent, 2 right encoder silent, 3 current too
-//! high, 4 battery low. Any command that is taken feeds the robot's watchdog, which stops the
+//! high, 4 battery low. Any command that is accepted feeds the robot's watchdog, which stops the
 //! motors after 400 ms; [`Command::Alive`] does nothing else.
 //!
-//! Commands carry a sequence that grows by one; the robot acknowledges each, does a repeated one no
-//! second time, and refuses an older one. [`Link`] keeps to that.
+//! Commands carry a sequence that increases by one. The robot acknowledges each, does not carry out
+//! a repeated one again, and refuses an older one. [`Link`] obeys this.
 //!
 //! # Example
 //! `Stop` with sequence 7: `05 07`, CRC `BF FA` (CRC-16/MCRF4XX: reflected polynomial 8408, start
-//! FFFF, as avr-libc's `_crc_ccitt_update`), so `00 05 05 07 BF FA 00` on the line; the golden
-//! bytes of all messages stand in the tests.
+//! FFFF, as avr-libc's `_crc_ccitt_update`), so `00 05 05 07 BF FA 00` on the line; the tests hold
+//! the golden bytes of all messages.
 
 mod bytes;
 mod convert;

@@ -1,21 +1,21 @@
 //! From single readings of the rangers to a scan.
 //!
-//! In: [`Ranger`] readings as they come. Out: a [`Scan`] for each movement of the servo, a sweep or
-//! a partial scan.
+//! In: [`Ranger`] readings as they arrive. Out: a [`Scan`] for each movement of the servo, a sweep
+//! or a partial scan.
 //!
 //! 1. Counts become volts, and volts a range with its σ ([`RangerInverse`]), as for the simulated
 //!    rangers.
-//! 2. The bearing is the servo's angle plus the ranger's own. Readings are handed on in the order
-//!    of their bearings, with `sweep` 0: the robot stands while it sweeps.
+//! 2. The bearing is the servo's angle plus the ranger's own. Readings are passed on in the order
+//!    of their bearings, with `sweep` 0, because the robot stands while it sweeps.
 //!
-//! A scan ends with the first reading of the next, or when its owner says so: telemetry tells when
+//! A scan ends with the first reading of the next, or when its owner ends it: telemetry tells when
 //! the servo rests.
 
 use super::{Hello, Ranger};
 use crate::geom::wrap;
 use crate::robot::{CharacteristicError, RangerInverse, RangerModel, Scan, Stamp};
 
-/// Puts readings together.
+/// Assembles readings into scans.
 #[derive(Clone, Debug)]
 pub struct RangerScans {
     model: RangerModel,
@@ -32,9 +32,10 @@ pub struct RangerScans {
 }
 
 impl RangerScans {
-    /// For the rangers that the robot says it has.
+    /// For the rangers that the robot reports.
     ///
-    /// # Errors    [`CharacteristicError`] for a calibration that settles no characteristic.
+    /// # Errors    [`CharacteristicError`] for a calibration that does not determine a
+    /// characteristic.
     pub fn new(hello: &Hello, model: RangerModel) -> Result<Self, CharacteristicError> {
         let mount = |mrad: &i16| 1e-3 * f64::from(*mrad);
         Ok(Self {
@@ -48,8 +49,8 @@ impl RangerScans {
         })
     }
 
-    /// Takes a reading, unless it is of a ranger that the robot did not say it has; gives the sweep
-    /// before, where this one begins another.
+    /// Takes a reading, unless the robot did not report its ranger; returns the previous sweep if
+    /// this reading begins another.
     pub fn take(&mut self, reading: &Ranger) -> Option<Scan> {
         let mount = self.mounts.get(usize::from(reading.index))?;
         if self.spoilt == Some(reading.sweep) {
@@ -68,8 +69,7 @@ impl RangerScans {
         complete
     }
 
-    /// The robot moved: what was read of this sweep, and what is still to come of it, does not
-    /// count.
+    /// The robot moved: neither earlier nor later readings of this sweep count.
     pub fn spoil(&mut self) {
         if !self.readings.is_empty() {
             self.readings.clear();
@@ -77,9 +77,9 @@ impl RangerScans {
         }
     }
 
-    /// The sweep is over: gives its scan, if there is a reading at all. Its stamp is that of the
-    /// last reading, in the robot's own time as [`super::Odometer`] has it until the robot's clock
-    /// wraps, after 49 days.
+    /// The sweep is over: returns its scan, if there is any reading. Its stamp is that of the last
+    /// reading, in the robot's own time, as in [`super::Odometer`] until the robot's clock wraps,
+    /// after 49 days.
     pub fn finish(&mut self) -> Option<Scan> {
         let mut readings = std::mem::take(&mut self.readings);
         if readings.is_empty() {
@@ -135,8 +135,8 @@ mod tests {
         assert_eq!(scan.validate(), Ok(()));
         assert_eq!((scan.len(), scan.stamp), (12, Stamp(5_003_000)));
         assert!(scan.bearings.is_sorted());
-        // -1.671, -1.571, -1.471: right; about 0: ahead; and so on; back stands at both ends of the
-        // circle.
+        // -1.671, -1.571, -1.471: right; around 0: ahead; and so on; back appears at both ends of
+        // the circle.
         let seen = |bearing: f64, range: f64| {
             let at = scan
                 .bearings

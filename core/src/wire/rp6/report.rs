@@ -1,48 +1,48 @@
-//! What the robot says, field by field as on the wire; the table of the parent module is the
+//! The robot's reports, field by field as on the wire. The table of the parent module gives their
 //! layout.
 //!
-//! In: kind and payload. Out: a report, or nothing where kind, length or a value is not of the
-//! table; and back.
+//! In: kind and payload. Out: a report, or nothing if kind, length or a value is not in the table;
+//! and back.
 
 use super::bytes::{Field, codes, fields, messages};
 use super::message::Message;
 
 /// Version of the protocol in [`Hello`].
 pub const PROTOCOL: u8 = 1;
-/// More rangers than this a [`Hello`] cannot name.
+/// Most rangers that a [`Hello`] can list.
 const MOST_RANGERS: u8 = 16;
 
-/// What the robot says.
+/// Messages of the robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Report {
-    /// Who it is: after its start, and when greeted.
+    /// Its description of itself: after its start, and when greeted.
     Hello(Hello),
-    /// What became of a command.
+    /// The result of a command.
     Ack {
         /// Sequence of the command.
         of: u8,
-        /// What became of it.
+        /// Its result.
         result: CommandResult,
     },
-    /// How it is.
+    /// The robot's state.
     Telemetry(Telemetry),
     /// One reading of one ranger.
     Ranger(Ranger),
 }
 
 codes! {
-    /// What became of a command.
+    /// The result of a command.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum CommandResult {
-        /// Taken.
+        /// Accepted.
         Done = 0,
-        /// Had been taken already; not done again.
+        /// Already accepted before; not carried out again.
         Repeated = 1,
-        /// Older than the last one taken; not done.
+        /// Older than the last one accepted; not carried out.
         Stale = 2,
-        /// A figure outside of what the robot can do; not done.
+        /// A value outside of what the robot can do; not carried out.
         BadValue = 3,
-        /// The emergency stop is latched; not done.
+        /// The emergency stop is latched; not carried out.
         Latched = 4,
         /// This firmware does not know the kind.
         UnknownKind = 5,
@@ -53,50 +53,50 @@ codes! {
     /// Why the robot's controller started.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum ResetCause or Other {
-        /// Power came on.
+        /// Power was switched on.
         PowerOn = 1,
         /// The reset line: the button, or the serial adapter's RTS.
         External = 2,
         /// The supply was too low for a moment: an empty battery or a blocked motor.
         BrownOut = 3,
-        /// The firmware hung and its watchdog bit.
+        /// The firmware hung and its watchdog reset it.
         Watchdog = 4,
     }
 }
 
 fields! {
-    /// Who the robot is.
+    /// The robot's description of itself.
     #[derive(Clone, Debug, PartialEq, Eq)]
     pub struct Hello {
         /// Version of the protocol; see [`PROTOCOL`].
         pub protocol: u8,
         /// Version of the firmware: major, minor.
         pub firmware: [u8; 2],
-        /// That of the greeting it answers; 0 right after a start.
+        /// The nonce of the greeting that it answers; 0 right after a start.
         pub nonce: u8,
-        /// Why it started.
+        /// Cause of its start.
         pub cause: ResetCause,
-        /// What it can do. Bit 0: rangers, bit 1: servo, bit 2: bumpers, bit 3: motor currents,
+        /// Its capabilities. Bit 0: rangers, bit 1: servo, bit 2: bumpers, bit 3: motor currents,
         /// bit 4: battery.
         pub capabilities: u8,
         /// Length of the board, mm.
         pub length_mm: u16,
         /// Width of the board, mm.
         pub width_mm: u16,
-        /// Effective distance of the tracks when turning, mm.
+        /// Effective distance between the tracks when turning, mm.
         pub track_width_mm: u16,
-        /// Way of a track for one count, nm.
+        /// Distance that a track moves in one count, nm.
         pub count_nm: u32,
         /// Highest speed, mm/s.
         pub max_speed_mm_s: u16,
-        /// For each ranger its direction on the servo, mrad, counter-clockwise from where the servo
-        /// points.
+        /// For each ranger its direction on the servo, mrad, counter-clockwise from the servo's own
+        /// direction.
         pub ranger_angles_mrad: Vec<i16>,
     }
 }
 
 fields! {
-    /// How the robot is.
+    /// The robot's state.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub struct Telemetry {
         /// Time since it started, ms; wraps after 49 days.
@@ -109,14 +109,14 @@ fields! {
         pub currents_adc: [u16; 2],
         /// Battery, counts of the converter; see [`super::BATTERY_ADC`].
         pub battery_adc: u16,
-        /// Bumpers and what is under way.
+        /// Bumpers, and whether motion or sweep is under way.
         pub state: State,
         /// What is wrong.
         pub fault: Fault,
     }
 }
 
-/// Eight yes-or-no's of [`Telemetry`].
+/// Eight flags of [`Telemetry`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct State(
     /// The bits, as in the table.
@@ -130,7 +130,7 @@ codes! {
         /// Nothing.
         #[default]
         None = 0,
-        /// The left motor is driven and its encoder counts nothing: blocked, or the cable is off.
+        /// The left motor is driven and its encoder counts nothing: blocked, or its cable is off.
         LeftEncoder = 1,
         /// The same on the right.
         RightEncoder = 2,
@@ -147,13 +147,13 @@ fields! {
     pub struct Ranger {
         /// When it was taken, ms since the robot started.
         pub time_ms: u32,
-        /// Where the servo stood, mrad, counter-clockwise from straight ahead.
+        /// Angle of the servo, mrad, counter-clockwise from straight ahead.
         pub servo_mrad: i16,
-        /// Which ranger, from 0.
+        /// Number of the ranger, from 0.
         pub index: u8,
-        /// What the converter read.
+        /// Count of the converter.
         pub adc: u16,
-        /// Number of the sweep it belongs to; grows by one for each.
+        /// Number of the sweep it belongs to; increases by one for each.
         pub sweep: u8,
     }
 }
@@ -214,7 +214,7 @@ impl Field for State {
     }
 }
 
-/// The angles of the rangers, after their number.
+/// The angles of the rangers, preceded by their number.
 impl Field for Vec<i16> {
     fn put(&self, out: &mut Vec<u8>) {
         let angles = self.iter().take(MOST_RANGERS.into());

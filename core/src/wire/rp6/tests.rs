@@ -1,4 +1,4 @@
-//! The bytes of the protocol, what damage does to them, and what they mean to the core.
+//! The bytes of the protocol, their damage, and their meaning for the core.
 
 mod any_frames;
 
@@ -32,7 +32,7 @@ fn hello() -> Hello {
     }
 }
 
-/// Checksums by a bit-by-bit division of the polynomial, written down without the crate.
+/// Checksums by bit-by-bit polynomial division, written without the crate.
 fn crc_by_hand(bytes: &[u8]) -> u16 {
     let mut crc = 0xFFFF_u16;
     for byte in bytes {
@@ -146,7 +146,7 @@ fn damage_costs_the_frame_it_hits_and_no_other() {
             stream.extend(encode(3, &Command::Reset));
             let mut decoder = Decoder::<Command>::default();
             let frames: Vec<_> = decoder.push(&stream).map(|f| f.message).collect();
-            // The markers are doubled between two frames, so one lost is none.
+            // There are two markers between two frames, so losing one does no harm.
             let is_marker = at == 0 || at == good.len() - 1;
             match is_marker {
                 true => assert!(frames.len() >= 2, "byte {at} bit {bit}: {frames:?}"),
@@ -178,7 +178,7 @@ fn every_pair_of_flipped_bits_is_noticed() {
                 let mut hit = good.clone();
                 hit[first / 8] ^= 1 << (first % 8);
                 hit[second / 8] ^= 1 << (second % 8);
-                // A marker of the next frame, in case this one's was hit.
+                // A marker of the next frame, in case this frame's own was damaged.
                 hit.push(0);
                 let whole: Vec<Frame<Command>> = Decoder::default().push(&good).collect();
                 let got: Vec<Frame<Command>> = Decoder::default().push(&hit).collect();
@@ -194,8 +194,8 @@ fn every_pair_of_flipped_bits_is_noticed() {
 
 #[test]
 fn a_wrong_checksum_passes_no_oftener_than_chance() {
-    // Random pieces of the length of a frame: of 65536 about one has a right checksum, and few of
-    // those a right table entry.
+    // Random pieces of the length of a frame: about one in 65536 has a correct checksum, and few of
+    // those match the table.
     let mut state = 1_u64;
     let mut random = move || {
         state = state
@@ -210,7 +210,7 @@ fn a_wrong_checksum_passes_no_oftener_than_chance() {
         let _ = decoder.push(&piece).count() + decoder.push(&[0]).count();
     }
     let tally = decoder.tally();
-    // Expected 6.1 of all have a right checksum; those whose stuffing is impossible do not get so
+    // 6.1 are expected to have a correct checksum; those with impossible stuffing do not get that
     // far. More than 20 would be 5 sigma off.
     assert!(tally.frames <= 20, "{tally:?}");
     assert_eq!(tally.frames + tally.rejected, pieces);
@@ -317,7 +317,7 @@ fn telemetry_becomes_odometry_by_the_models_figures() {
     let turn = -2_000.0 * model.metres_per_tick / model.track_width;
     let motion = motion.expect("later telemetry moves");
     assert!((motion.heading() - turn).abs() < 1e-9 && motion.x().abs() < 1e-12);
-    // The same again, and one from before.
+    // The same again, and an earlier one.
     assert_eq!(odometer.update(&second), None);
     assert_eq!(odometer.update(&first), None);
     let later = odometer.update(&at(150, second.counts));

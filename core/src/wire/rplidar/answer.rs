@@ -1,13 +1,13 @@
-//! Descriptors and the answers that come once: information, health, rate.
+//! Descriptors and single answers: information, health, rate.
 
 use super::{SYNC, SYNC_OF_ANSWER};
 
-/// Begins an answer: what follows, how long, and whether without end.
+/// Begins an answer: its type, its length, and whether it is endless.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Descriptor {
-    /// 5-byte nodes without end.
+    /// Endless 5-byte nodes.
     Scan,
-    /// 84-byte capsules without end.
+    /// Endless 84-byte capsules.
     Express,
     /// 20 bytes of [`Info`].
     Info,
@@ -41,7 +41,7 @@ impl Descriptor {
         [SYNC, SYNC_OF_ANSWER, length, 0, 0, is_endless, kind]
     }
 
-    /// The descriptor that stands here; `None` where these bytes are none that is known.
+    /// The descriptor in these bytes; `None` if it is not a known one.
     #[must_use]
     pub fn decode(bytes: [u8; Self::LEN]) -> Option<Self> {
         Self::ALL
@@ -50,7 +50,7 @@ impl Descriptor {
     }
 }
 
-/// What the sensor says of itself.
+/// The sensor's description of itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Info {
     /// Number of the model: 0x18 is an A1.
@@ -79,7 +79,7 @@ impl Info {
         bytes
     }
 
-    /// Reads what the sensor sent; any bytes are some information.
+    /// Reads what the sensor sent; any bytes are valid.
     #[must_use]
     pub fn decode(bytes: [u8; Self::LEN]) -> Self {
         let [model, minor, major, hardware, serial @ ..] = bytes;
@@ -97,7 +97,7 @@ impl Info {
 pub struct Health {
     /// Its status.
     pub status: Status,
-    /// Code of the error or warning, the maker's own.
+    /// Code of the error or warning, as the maker defines it.
     pub error: u16,
 }
 
@@ -106,7 +106,7 @@ pub struct Health {
 pub enum Status {
     /// All is well.
     Good,
-    /// It works, and may soon not.
+    /// It works, but may soon stop.
     Warning,
     /// It has stopped to protect itself; a reset may help.
     Error,
@@ -123,7 +123,7 @@ impl Health {
         [self.status as u8, low, high]
     }
 
-    /// Reads what the sensor sent; `None` where the status is none of the three.
+    /// Reads what the sensor sent; `None` if the status is none of the three.
     #[must_use]
     pub fn decode([status, low, high]: [u8; Self::LEN]) -> Option<Self> {
         let status = match status {

@@ -1,25 +1,25 @@
-//! What a sensor says of its scan modes, question by question (`84`, firmware 1.24 and later):
-//! other programs ask before they scan. The bridge does not; its simulated sensor answers.
+//! Questions about a sensor's scan modes (`84`, firmware 1.24 and later): other programs ask them
+//! before they scan. The bridge does not; its simulated sensor answers.
 //!
-//! Question: `A5 84 length | u32: kind | u16: scan mode, where the kind wants one | xor`; the
-//! maker's driver fills it up with zeros. Answer: `A5 5A length 00 00 00 20 | u32: kind | value`.
+//! Question: `A5 84 length | u32: kind | u16: scan mode, if the kind needs one | xor`; the maker's
+//! driver pads it with zeros. Answer: `A5 5A length 00 00 00 20 | u32: kind | value`.
 //!
 //! Source: SLAMTEC, "RPLIDAR interface protocol and application notes", rev. 2.1 (2019), "Get lidar
 //! configuration"; its driver, `sl_lidar_cmd.h`.
 
 use super::{SYNC, SYNC_OF_ANSWER};
 
-/// Its command.
+/// Command byte of a question.
 pub(super) const COMMAND: u8 = 0x84;
-/// Type of its answers.
+/// Type byte of the answers.
 const ANSWER: u8 = 0x20;
 
-/// What is asked.
+/// A question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Question {
     /// Number of the kind, one of [`Kind`] or another.
     pub kind: u32,
-    /// Number of the scan mode; 0 where the kind is of none.
+    /// Number of the scan mode; 0 if the kind needs none.
     pub mode: u16,
 }
 
@@ -33,9 +33,9 @@ pub enum Kind {
     SampleTime = 0x71,
     /// Greatest range in a mode, u32, 1/256 m.
     MaxDistance = 0x74,
-    /// Type of what a mode sends, u8: that of its descriptor.
+    /// Type of the data that a mode sends, u8: that of its descriptor.
     AnswerType = 0x75,
-    /// The mode that is meant to be used, u16.
+    /// The recommended mode, u16.
     TypicalMode = 0x7C,
     /// Name of a mode, ASCII that ends with a zero.
     ModeName = 0x7F,
@@ -54,7 +54,7 @@ impl Kind {
 }
 
 impl Question {
-    /// Its kind; none where it is not known here.
+    /// Its kind; none if it is not known here.
     #[must_use]
     pub fn known(&self) -> Option<Kind> {
         Kind::ALL.into_iter().find(|kind| *kind as u32 == self.kind)
@@ -64,7 +64,7 @@ impl Question {
         [&self.kind.to_le_bytes()[..], &self.mode.to_le_bytes()].concat()
     }
 
-    /// Reads a payload; none where it is too short to say what is asked.
+    /// Reads a payload; none if it is too short for a question.
     pub(super) fn of(payload: &[u8]) -> Option<Self> {
         let (kind, rest) = payload.split_first_chunk()?;
         let mode = rest.first_chunk().copied().unwrap_or_default();

@@ -1,14 +1,15 @@
-//! Answers out of a stream of bytes, whatever the pieces and whatever the noise.
+//! Decodes answers from a stream of bytes, in pieces of any size and with any noise.
 //!
 //! In: bytes. Out: [`Answer`]s.
 //!
-//! 1. Between answers, search for a descriptor that is known, byte by byte.
-//! 2. After the descriptor of a single answer, take its bytes; after that of a scan, nodes or
+//! 1. Between answers, search for a known descriptor, byte by byte.
+//! 2. After the descriptor of a single answer, take its bytes; after that of a scan, take nodes or
 //!    capsules until [`Decoder::expect_answer`].
-//! 3. A node has three check bits only. While in step, one is enough; out of step,
-//!    [`NODES_TO_LOCK`] in a row whose angles follow one another must fit before the first counts.
-//! 4. A capsule has a sum of 8 bits; out of step its marks are searched byte by byte.
-//! 5. Everywhere, the banner of a sensor that restarts is noticed among what is thrown away.
+//! 3. A node has only three check bits. In step, one good node is enough; out of step,
+//!    [`NODES_TO_LOCK`] good ones in a row with successive angles are needed before the first
+//!    counts.
+//! 4. A capsule has a checksum of 8 bits; out of step, its marks are searched for byte by byte.
+//! 5. Throughout, the banner of a restarting sensor is detected among the bytes thrown away.
 
 use super::answer::{Descriptor, Health, Info, Rate};
 use super::express::{Capsule, has_marks};
@@ -16,25 +17,24 @@ use super::node::{FULL_TURN, Node};
 use super::{SYNC, SYNC_OF_ANSWER};
 use crate::wire::inbox::{Inbox, Tally};
 
-/// Nodes that must fit in a row before the stream counts as in step again. Out of step by one byte,
-/// a node passes its check bits by chance about every other time.
+/// Good nodes in a row before the stream counts as in step again. Out of step by one byte, a node
+/// passes its check bits by chance about every other time.
 pub const NODES_TO_LOCK: usize = 6;
-/// The farthest that a node lies from the one before it where the stream is in step, 1/64° (20°,
-/// either way).
+/// Greatest angle from one node to the next if the stream is in step, 1/64° (20°, either way).
 const NEAR: u16 = 20 * 64;
-/// How the sensor begins its banner.
+/// The beginning of the sensor's banner.
 const BANNER: &[u8] = b"RP LIDAR";
 
-/// What the sensor said.
+/// Answers of the sensor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// A scan begins.
     Begins(Descriptor),
-    /// What it is.
+    /// Its description of itself.
     Info(Info),
-    /// How it is.
+    /// Its health.
     Health(Health),
-    /// How fast it reads.
+    /// Its sample times.
     Rate(Rate),
     /// A reading of a standard scan.
     Node(Node),
@@ -42,11 +42,11 @@ pub enum Answer {
     Capsule {
         /// The capsule.
         capsule: Box<Capsule>,
-        /// Whether nothing was lost since the one before it, so that this one's angle completes
-        /// that one.
+        /// Whether nothing was lost since the previous capsule, so that this one's angle completes
+        /// it.
         follows: bool,
     },
-    /// It has restarted, by power or by reset: it has forgotten all earlier requests.
+    /// It has restarted, after power-on or reset, and has forgotten all earlier requests.
     Restarted,
 }
 
@@ -64,16 +64,16 @@ enum Expects {
     },
 }
 
-/// Reads what the sensor sends.
+/// Decodes what the sensor sends.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     inbox: Inbox,
     expects: Expects,
-    /// How many bytes of [`BANNER`] the last ones were.
+    /// How many bytes of [`BANNER`] the last bytes match.
     banner: usize,
 }
 
-/// What was made of the bytes at the front; none while some are missing.
+/// What was made of the bytes at the front; none if some are missing.
 type Step = Option<Made>;
 
 enum Made {
@@ -82,20 +82,20 @@ enum Made {
 }
 
 impl Decoder {
-    /// Takes bytes as they come.
+    /// Takes bytes as they arrive.
     pub fn extend(&mut self, bytes: &[u8]) {
         self.inbox.extend(bytes);
     }
 
-    /// A request was sent: drops what waits, ends a scan and searches for the descriptor of the
-    /// answer.
+    /// A request was sent: drops the waiting bytes, ends a scan and searches for the descriptor of
+    /// the answer.
     pub fn expect_answer(&mut self) {
         self.inbox.discard(usize::MAX);
         self.expects = Expects::Descriptor;
         self.banner = 0;
     }
 
-    /// What became of the bytes.
+    /// Counts of the bytes.
     #[must_use]
     pub fn tally(&self) -> Tally {
         self.inbox.tally()
@@ -140,7 +140,7 @@ impl Decoder {
                 Health::decode(inbox.peek(0)?).map(Answer::Health),
             ),
             Descriptor::Rate => (Rate::LEN, Some(Answer::Rate(Rate::decode(inbox.peek(0)?)))),
-            // Scans have no end; their descriptors lead elsewhere.
+            // Scans are endless; their descriptors are handled elsewhere.
             Descriptor::Scan | Descriptor::Express => (0, None),
         };
         self.expects = Expects::Descriptor;
@@ -162,7 +162,7 @@ impl Decoder {
         self.discard(1)
     }
 
-    /// Out of step: throws bytes away until enough nodes fit in a row.
+    /// Out of step: throws bytes away until enough good nodes are in a row.
     fn find_nodes(&mut self) -> Step {
         let mut last: Option<Node> = None;
         for place in 0..NODES_TO_LOCK {
@@ -221,7 +221,7 @@ impl Decoder {
 impl Iterator for Decoder {
     type Item = Answer;
 
-    /// The next answer that is complete.
+    /// The next complete answer.
     fn next(&mut self) -> Option<Answer> {
         loop {
             if let Made::Answer(answer) = self.step()? {

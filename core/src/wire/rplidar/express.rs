@@ -1,12 +1,11 @@
-//! Capsules of an express scan: 32 readings in 84 bytes, whose angles need the capsule that
-//! follows.
+//! Capsules of an express scan: 32 readings in 84 bytes, whose angles need the next capsule.
 
 use super::node::{FULL_TURN, Node};
 use super::request::xor;
 
 /// Readings in a capsule.
 pub const READINGS: usize = 32;
-/// Quality of a valid reading: a capsule has none of its own.
+/// Quality given to a valid reading: a capsule has none.
 pub const QUALITY: u8 = 47;
 const CABINS: usize = READINGS / 2;
 
@@ -26,7 +25,7 @@ pub struct Capsule {
 pub struct Reading {
     /// Distance, 1/4 mm, a multiple of 4; 0 invalid.
     pub distance: u16,
-    /// How far before the even spacing the reading lies, 1/8°, 0 to 63.
+    /// How far the reading lies before its evenly spaced place, 1/8°, 0 to 63.
     pub offset: u8,
 }
 
@@ -34,7 +33,8 @@ impl Capsule {
     /// Its length on the wire, bytes.
     pub const LEN: usize = 84;
 
-    /// The bytes that the sensor sends; what of a distance or an offset has no room is cut off.
+    /// The bytes that the sensor sends; bits of a distance or an offset that do not fit are cut
+    /// off.
     #[must_use]
     pub fn encode(&self) -> [u8; Self::LEN] {
         let mut bytes = [0; Self::LEN];
@@ -57,7 +57,7 @@ impl Capsule {
         bytes
     }
 
-    /// Reads a capsule; `None` where its marks, its sum or its angle are wrong.
+    /// Reads a capsule; `None` if its marks, its checksum or its angle are wrong.
     #[must_use]
     pub fn decode(bytes: &[u8; Self::LEN]) -> Option<Self> {
         let [first, second, low, high, cabins @ ..] = bytes;
@@ -84,7 +84,7 @@ impl Capsule {
         })
     }
 
-    /// The readings as nodes, with the start of the capsule that followed without loss.
+    /// The readings as nodes, given the start angle of the capsule that followed without loss.
     ///
     /// # Source   Interface protocol, "Data processing of the express scan data": start + k Δ/32 -
     /// offset.
@@ -93,7 +93,8 @@ impl Capsule {
         let start = u32::from(self.start_angle);
         let span = (u32::from(next_start_angle) + full - start) % full;
         self.readings.iter().zip(0..).map(move |(reading, k)| {
-            // 1/8° is 8 of 1/64°; three turns keep it above 0, 16 rounds the division by 32.
+            // 1/8° is 8 of 1/64°; a full turn is added to keep it above 0, 16 rounds the division
+            // by 32.
             let even = start + (k * span + 16) / READINGS as u32;
             let angle = (even + full - 8 * u32::from(reading.offset)) % full;
             Node {

@@ -1,21 +1,21 @@
-//! SLAMTEC RPLIDAR A1 and its kin: 115200 baud, 8N1, little-endian.
+//! SLAMTEC RPLIDAR A1 and relatives: 115200 baud, 8N1, little-endian.
 //!
-//! In: bytes from the sensor, in pieces of any size. Out: answers and readings; requests the other
-//! way. The same types encode what the sensor sends, for simulated devices.
+//! In: bytes from the sensor, in pieces of any size. Out: answers and readings; requests go the
+//! other way. The same types encode what the sensor sends, for simulated devices.
 //!
 //! Request: `A5 command`, with a payload `A5 command length payload xor` (xor of all before it).
 //! Descriptor of an answer: `A5 5A | u32: length of a packet (30 bits), mode (2 bits: 0 one packet,
-//! 1 without end) | type`.
+//! 1 endless) | type`.
 //!
 //! | command | | answer |
 //! |---|---|---|
-//! | `20` | scan | `A5 5A 05 00 00 40 81`, then nodes of 5 bytes without end |
-//! | `25` | stop | none; 1 ms at least must pass |
+//! | `20` | scan | `A5 5A 05 00 00 40 81`, then endless nodes of 5 bytes |
+//! | `25` | stop | none; at least 1 ms must pass |
 //! | `40` | reset | none; 2 ms, then a banner in ASCII |
 //! | `50` | information | `A5 5A 14 00 00 00 04`, 20 bytes: model, firmware minor, major, hardware, serial number\[16\] |
 //! | `52` | health | `A5 5A 03 00 00 00 06`, 3 bytes: status 0 good, 1 warning, 2 error; error u16 |
 //! | `59` | rate | `A5 5A 04 00 00 00 15`, 4 bytes: µs a reading, standard u16, express u16 |
-//! | `82` | express scan, payload `00 00 00 00 00` | `A5 5A 54 00 00 40 82`, then capsules of 84 bytes without end |
+//! | `82` | express scan, payload `00 00 00 00 00` | `A5 5A 54 00 00 40 82`, then endless capsules of 84 bytes |
 //! | `84` | configuration, payload: see [`configuration`] | `A5 5A length 00 00 00 20`, kind and value |
 //!
 //! The A1's board switches the motor by DTR.
@@ -31,11 +31,11 @@
 //! | 0, 1 | `A` and low nibble, `5` and high nibble of the xor of bytes 2..84 | |
 //! | 2, 3 | 15 first capsule of a scan, 14..0 start angle | 1/64° |
 //! | 4 + 5i | u16: 15..2 distance 1, 1..0 bits 5..4 of offset 1 | 1/4 mm, the two low bits taken as 0 |
-//! | 6 + 5i | the same of reading 2 | |
+//! | 6 + 5i | the same for reading 2 | |
 //! | 8 + 5i | 3..0 low bits of offset 1, 7..4 of offset 2 | 1/8° |
 //!
-//! Reading k of 32 of a capsule lies at start + k Δ/32 - offset, Δ from this capsule's start to the
-//! next one's.
+//! Reading k of the 32 in a capsule lies at start + k Δ/32 - offset, with Δ from this capsule's
+//! start angle to the next one's.
 //!
 //! Source: SLAMTEC, "RPLIDAR interface protocol and application notes", rev. 1.1 (2018); Pilch 2016
 //! §2.1. The protocol calls the top bit of an offset a sign; the maker's own driver, and so this

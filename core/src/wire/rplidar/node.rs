@@ -26,8 +26,8 @@ impl Node {
     /// Its length on the wire, bytes.
     pub const LEN: usize = 5;
 
-    /// The reading at `angle` (rad, clockwise) and `range` (m; what is no positive number, or
-    /// beyond 16.38 m, is invalid).
+    /// The reading at `angle` (rad, clockwise) and `range` (m; anything that is not a positive
+    /// number, or beyond 16.38 m, is invalid).
     #[must_use]
     pub fn new(angle: f64, range: f64, quality: u8) -> Self {
         let units = (angle / ANGLE_UNIT)
@@ -64,7 +64,7 @@ impl Node {
         [first, b, c, d, e]
     }
 
-    /// Reads a node; `None` where its check bits or its angle are wrong.
+    /// Reads a node; `None` if its check bits or its angle are wrong.
     #[must_use]
     pub fn decode(bytes: [u8; Self::LEN]) -> Option<Self> {
         let node = Self::unchecked(bytes);
@@ -73,7 +73,7 @@ impl Node {
         (node.starts != is_not_start && second & 1 == 1 && node.angle < FULL_TURN).then_some(node)
     }
 
-    /// Reads a node whatever its check bits and its angle are.
+    /// Reads a node without checking its check bits or its angle.
     pub(in crate::wire) fn unchecked([first, b, c, d, e]: [u8; Self::LEN]) -> Self {
         Self {
             starts: first & 1 != 0,

@@ -1,33 +1,33 @@
-//! Requests to the sensor, and the reader of them that a simulated sensor needs.
+//! Requests to the sensor, and their decoder for a simulated sensor.
 
 use super::SYNC;
 use super::configuration::{self, Question};
 use crate::wire::inbox::{Inbox, Tally};
 
-/// What the sensor can be asked.
+/// Requests to the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Request {
     /// Stop scanning.
     Stop,
-    /// Restart, as from power on.
+    /// Restart, as after power-on.
     Reset,
-    /// Scan, one node a reading.
+    /// Scan, one reading per node.
     Scan,
-    /// Scan, 32 readings a capsule.
+    /// Scan, 32 readings per capsule.
     ExpressScan,
     /// Model, versions, serial number.
     Info,
     /// Whether it can work.
     Health,
-    /// Time of a reading.
+    /// Sample times.
     Rate,
-    /// Something of its scan modes.
+    /// A question about the scan modes.
     Configuration(Question),
 }
 
 impl Request {
-    /// Those that are always the same bytes.
+    /// Those whose bytes are always the same.
     const PLAIN: [Self; 7] = [
         Self::Stop,
         Self::Reset,
@@ -71,19 +71,19 @@ impl Request {
     }
 }
 
-/// Reads requests, as the sensor does.
+/// Decodes requests, as the sensor does.
 #[derive(Clone, Debug, Default)]
 pub struct RequestDecoder {
     inbox: Inbox,
 }
 
 impl RequestDecoder {
-    /// Takes bytes as they come.
+    /// Takes bytes as they arrive.
     pub fn extend(&mut self, bytes: &[u8]) {
         self.inbox.extend(bytes);
     }
 
-    /// What became of the bytes.
+    /// Counts of the bytes.
     #[must_use]
     pub fn tally(&self) -> Tally {
         self.inbox.tally()
@@ -93,7 +93,7 @@ impl RequestDecoder {
 impl Iterator for RequestDecoder {
     type Item = Request;
 
-    /// The next request that is complete.
+    /// The next complete request.
     fn next(&mut self) -> Option<Request> {
         while self.inbox.len() > 0 {
             if let Some(read) = self.configuration() {
@@ -119,7 +119,7 @@ impl Iterator for RequestDecoder {
     }
 }
 
-/// What became of a question about the configuration.
+/// The result of reading a question about the configuration.
 enum Read {
     Whole(Question),
     Waits,
@@ -127,7 +127,7 @@ enum Read {
 }
 
 impl RequestDecoder {
-    /// A question about the configuration, where one begins here.
+    /// A question about the configuration, if one begins here.
     fn configuration(&mut self) -> Option<Read> {
         let [sync, command] = self.inbox.peek(0)?;
         if [sync, command] != [SYNC, configuration::COMMAND] {

@@ -1,5 +1,4 @@
-//! The codec against the bytes of the protocol document, and against whatever a line can do to
-//! bytes.
+//! The codec against the bytes of the protocol document, and against all kinds of damage on a line.
 
 mod any_stream;
 
@@ -18,7 +17,7 @@ fn decode(bytes: &[u8]) -> Vec<Answer> {
     decoder.by_ref().collect()
 }
 
-/// In pieces of 1, 2, … bytes, as `sizes` has it, round and round.
+/// Decodes in pieces of the given sizes, used in turn.
 fn decode_in_pieces(bytes: &[u8], sizes: &[usize]) -> Vec<Answer> {
     let mut decoder = Decoder::default();
     let (mut answers, mut rest) = (vec![], bytes);
@@ -259,7 +258,7 @@ fn a_cut_of_any_length_is_bridged() {
         bytes.drain(1000..1000 + cut);
         let got = nodes(&decode(&bytes));
         let wrong = got.iter().filter(|node| !sent.contains(node)).count();
-        // The node that the cut glued together may pass its three check bits.
+        // The node in which the cut joined two parts may pass its three check bits.
         assert!(
             got.len() >= 720 - 8 && wrong <= 2,
             "cut {cut}: {} nodes, {wrong} wrong",
@@ -308,7 +307,7 @@ fn the_banner_is_noticed_between_and_during_answers() {
     assert_eq!(decode(&bytes).last(), Some(&Answer::Restarted));
 }
 
-/// What the maker's own driver sends is filled up with zeros; a damaged one costs no other request.
+/// The maker's own driver pads its questions with zeros; a damaged question costs no other request.
 #[test]
 fn a_question_about_the_configuration_is_read_at_any_length() {
     let question = Question {

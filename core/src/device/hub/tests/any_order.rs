@@ -1,5 +1,4 @@
-//! Events, messages and time in any order. The bystander knows nothing of the rules but what they
-//! promise.
+//! Events, messages and time in any order. The bystander knows only what the rules promise.
 
 use std::collections::BTreeSet;
 
@@ -9,12 +8,12 @@ use proptest::test_runner::TestRunner;
 
 use super::*;
 
-/// From the last driving message that counts to the order to stand.
+/// From the last driving message that counts to the order to stop.
 const WATCHDOG: Duration = Duration::from_millis(200);
 const DRIVERS: [&str; 2] = ["first", "second"];
 const WATCHER: usize = 2;
 
-/// What happens. Clients are 0 and 1, who may drive, and 2, who may not.
+/// What happens. Clients 0 and 1 may drive; client 2 may not.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     /// The client joins, or leaves and joins again.
@@ -23,17 +22,17 @@ enum Step {
     Revoke(usize),
     Take(usize, bool),
     Arm(usize),
-    /// With the epoch of the newest lease, or another; what was seen is so many ms old.
+    /// With the epoch of the newest lease, or another; what was seen is this many ms old.
     Drive(usize, bool, u64, Command),
     Hold(usize, u64),
     Stop(usize),
     EmergencyStop(usize),
     Reset(usize),
-    /// Somebody at the machine.
+    /// Somebody at the machine stops the robot.
     StopHere(bool),
     Link(LinkState),
     Bumper(bool),
-    /// So many orders ago.
+    /// The robot reports rest, after the order this many orders ago.
     Rests(u64),
     Shutdown,
     Wait,
@@ -74,7 +73,7 @@ fn any_step() -> impl Strategy<Value = Step> {
     ]
 }
 
-/// Plays a hub, and judges what comes out.
+/// Runs a hub and judges its actions.
 struct Bystander {
     hub: Hub,
     now: Duration,
@@ -84,10 +83,10 @@ struct Bystander {
     lease: Option<(ClientId, u32)>,
     is_up: bool,
     bumper: bool,
-    /// When the last driving message came, until the robot is ordered to stand.
+    /// When the last driving message arrived, until the robot is ordered to stop.
     runs_since: Option<Duration>,
     orders: u64,
-    /// Client and sequence of the manoeuvre that began and is not over.
+    /// Client and sequence of the manoeuvre that has begun and is not over.
     manoeuvre: Option<(ClientId, u32)>,
     state: SafetyBody,
     moves: u32,
@@ -95,7 +94,7 @@ struct Bystander {
 }
 
 impl Bystander {
-    /// With a robot in the open, and the first client armed.
+    /// With a robot in the open that the first client has armed.
     fn new() -> Result<Self, TestCaseError> {
         let hub = hub();
         let state = hub.state();
@@ -128,8 +127,8 @@ impl Bystander {
         Ok(all)
     }
 
-    /// Time passes in steps of 10 ms: the robot reports that it stands where it is, the lidar what
-    /// it sees.
+    /// Time passes in steps of 10 ms: the robot reports that it stands still, and the lidar what it
+    /// sees.
     fn go(&mut self, pause: Duration) -> Result<(), TestCaseError> {
         let until = self.now + pause;
         while self.now < until {
@@ -359,7 +358,7 @@ impl Bystander {
             Order::Command(_) => (),
         }
         let Some((client, who, ToBridge::Drive(body))) = cause else {
-            // Safe mode corrects what is under way, and moves nothing that stands.
+            // Safe mode corrects a command under way, and never moves a robot that stands.
             prop_assert!(self.runs_since.is_some(), "{:?} moved the robot", cause);
             return Ok(());
         };
@@ -381,7 +380,7 @@ fn play(steps: &[(Step, u64)]) -> Result<Bystander, TestCaseError> {
         bystander.step(*step)?;
         bystander.go(at(*pause))?;
     }
-    // Whoever goes, and a robot that goes, leave nothing under way.
+    // When a client leaves or the robot's link is lost, nothing stays under way.
     bystander.step(Step::Link(LinkState::Down))?;
     prop_assert!(bystander.manoeuvre.is_none() && bystander.runs_since.is_none());
     Ok(bystander)
@@ -396,7 +395,7 @@ proptest! {
     }
 }
 
-/// The property above would hold as well if nothing ever moved.
+/// Without this, the property above would also hold if nothing ever moved.
 #[test]
 fn the_random_steps_do_move_the_robot() {
     let mut runner = TestRunner::deterministic();

@@ -1,5 +1,5 @@
-//! A hub that maps, with a geofence: who sets it, what it holds back, and what a pose that is not
-//! known means.
+//! A hub that maps, with a geofence: who sets it, what it holds back, and what an unknown pose
+//! means.
 
 use super::*;
 use crate::geom::PoseEstimate;
@@ -13,7 +13,7 @@ fn square(half: f64) -> Vec<ZoneBody> {
     }]
 }
 
-/// A robot that is armed, in a hub that maps; it stands at the origin of the map, at 20 ms.
+/// An armed robot in a hub that maps; it stands at the origin of the map, at 20 ms.
 fn mapped() -> (Hub, ClientId) {
     let (mut hub, driver) = armed();
     hub.maps();
@@ -63,8 +63,8 @@ fn says(actions: &[Action], words: &str) -> bool {
     })
 }
 
-/// Drives ahead at full speed from 30 ms on, the robot doing at once as it is ordered, until the
-/// order is to stand; how far it came, and what was said.
+/// Drives ahead at full speed from 30 ms on, with a robot that obeys at once, until it is ordered
+/// to stop; returns how far it came, and all actions.
 fn ahead(hub: &mut Hub, driver: ClientId) -> (f64, Vec<Action>) {
     let (mut x, mut speed, mut all) = (0.0, 0.0, vec![]);
     for step in 3..600 {
@@ -108,7 +108,7 @@ fn a_robot_is_held_back_at_the_border_and_all_are_told_once() {
     assert!(hub.safety.is_armed(), "it may be driven back");
     assert_eq!(states(&all), [FenceState::Held]);
     assert!(says(&all, "The geofence holds the robot back"));
-    // Back it goes.
+    // It drives back.
     let now = at(6010);
     let back = Command::Velocity {
         forward: -0.2,
@@ -139,7 +139,7 @@ fn a_robot_that_is_found_outside_is_stopped_and_armed_again_goes_back_only() {
         actions(hub)
     };
     assert!(forwards(&drives(&mut hub, 30, 0.2))[0] > 0.1);
-    // A loop closure puts it elsewhere.
+    // A loop closure moves the pose elsewhere.
     hub.event(at(40), ROBOT, odometry(20, 40, 0.2));
     found(&mut hub, 40, 0.9, PoseState::Localised);
     let all = actions(&mut hub);
@@ -159,7 +159,7 @@ fn a_robot_that_is_found_outside_is_stopped_and_armed_again_goes_back_only() {
     actions(&mut hub);
     assert_eq!(forwards(&drives(&mut hub, 60, 0.2)), [0.0]);
     assert!(forwards(&drives(&mut hub, 70, -0.2))[0] < -0.15);
-    // Back in; what it was held back from is a second ago.
+    // Within again; it was last held back a second ago.
     let within = PoseEstimate::exact(Pose2::new(0.3, 0.0, 0.0));
     let body = PoseBody::new(40_000, &within, PoseState::Localised);
     hub.pose(at(1200), &body);
@@ -183,7 +183,7 @@ fn a_pose_that_is_not_to_be_believed_or_too_old_lets_nothing_move_and_nobody_arm
         assert_eq!(forwards(&all), [0.0], "{lose}");
         assert_eq!(states(&all), [FenceState::NoPose]);
         assert!(says(&all, "not known where it is"));
-        // It may be armed again once it is found again, and not before.
+        // It may be armed again once its pose is known again, and not before.
         hub.message(at(40), at(40), driver, header(40), ToBridge::Stop);
         hub.message(
             at(50),
@@ -204,7 +204,7 @@ fn a_pose_that_is_not_to_be_believed_or_too_old_lets_nothing_move_and_nobody_arm
         );
         assert!(hub.safety.is_armed());
     }
-    // A mapper that says nothing any more: after two seconds of odometry the pose is too old.
+    // The mapper falls silent: after two seconds of odometry the pose is too old.
     let (mut hub, _) = mapped();
     let owner = hub.join("owner".to_owned(), of_role(Role::Owner));
     set(&mut hub, 21, owner, square(2.0));
@@ -230,10 +230,10 @@ fn an_owner_sets_it_what_is_none_is_refused_and_a_driver_lifts_it_in_no_way() {
     set(&mut hub, 21, owner, square(2.0));
     let all = set(&mut hub, 22, watcher, vec![]);
     assert_eq!(all, [Action::Close(watcher, close::NO_RIGHT)]);
-    // Who drives goes on doing so.
+    // The driver goes on driving.
     let refused = Action::Send(driver, FromBridge::Refused(RefusalReason::NoRight));
     assert_eq!(set(&mut hub, 22, driver, vec![]), [refused]);
-    // It would go with the map.
+    // The fence would be lost with the map.
     hub.message(at(23), at(23), driver, header(23), ToBridge::ResetMap);
     let fenced = Action::Send(driver, FromBridge::Refused(RefusalReason::Fenced));
     assert_eq!(actions(&mut hub), [fenced]);
@@ -248,7 +248,7 @@ fn an_owner_sets_it_what_is_none_is_refused_and_a_driver_lifts_it_in_no_way() {
         owner,
         FromBridge::Refused(RefusalReason::BadFence)
     )));
-    // Who comes later has the one that is in force.
+    // A client that joins later gets the fence in force.
     let late = hub.join("late".to_owned(), of_role(Role::Watcher));
     let body = GeofenceBody {
         zones: square(2.0),

@@ -9,7 +9,8 @@ use crate::wire::rplidar::node::Node;
 const BEAMS: usize = 360;
 const INTERVAL: f64 = 0.0005;
 
-/// Reading `k` of a sensor in a round room: 1 m ahead, a little more on the way round, clockwise.
+/// Reading `k` of a sensor in a round room: 1 m ahead, growing a little on the way round,
+/// clockwise.
 fn sample(k: usize) -> Sample {
     let part = (k % BEAMS) as f64 / BEAMS as f64;
     Sample {
@@ -45,7 +46,7 @@ fn clockwise_readings_become_counter_clockwise_bearings_in_order_of_time() {
     // The first beam lies just beyond the seam: clockwise past straight behind is the left side.
     let half = PI / BEAMS as f64;
     assert!((scan.bearings[0] - (PI - half)).abs() < 1e-12);
-    // The range at a quarter turn clockwise, which is the right: 1.25 m.
+    // The range at a quarter turn clockwise, which is to the right: 1.25 m.
     let right = scan
         .bearings
         .iter()
@@ -184,7 +185,7 @@ fn numbers_that_are_none_are_counted_and_dropped() {
     assert_eq!(scans.len(), 2);
 }
 
-/// The readings of a server of Pilch's are those that his program writes into its log.
+/// Readings from Pilch's server are those that his program writes into its log.
 #[test]
 fn a_log_of_revolutions_shows_what_the_wire_shows() {
     let reading = |k: usize| {
@@ -217,7 +218,7 @@ fn a_log_of_revolutions_shows_what_the_wire_shows() {
     assert_eq!((logged.len(), live.len()), (BEAMS, BEAMS));
     let half = BEAMS / 2;
     for beam in 0..BEAMS {
-        // A line begins ahead, a revolution from the wire behind.
+        // A line of the log begins ahead, a revolution from the wire behind.
         let other = (beam + half) % BEAMS;
         let off = wrap(logged.bearings[beam] - live.bearings[other]);
         assert!(off.abs() < 1e-4, "{beam}: {off}");

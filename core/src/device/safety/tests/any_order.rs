@@ -1,4 +1,4 @@
-//! The rules in any order of things, against a plain retelling of what must always hold.
+//! The rules under inputs in any order, against a plain restatement of what must always hold.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ fn any_asked() -> impl Strategy<Value = Asked> {
         1 => epoch().prop_map(|epoch| ToBridge::Renew { epoch }.into()),
         1 => epoch().prop_map(|epoch| ToBridge::Release { epoch }.into()),
         8 => epoch().prop_map(|epoch| ToBridge::Arm { epoch }.into()),
-        // The sequence and what was seen are set to fitting ones below, most of the time.
+        // The sequence and the time seen are replaced by valid ones below, most of the time.
         20 => (epoch(), 0_u32..3, 0_u64..700).prop_map(|(e, s, seen)| drive(e, s, seen)),
         3 => (epoch(), 0_u32..3, 0_u64..700).prop_map(|(e, s, seen)| hold(e, s, seen)),
         1 => Just(ToBridge::Stop.into()),
@@ -34,8 +34,8 @@ fn any_input() -> impl Strategy<Value = Input> {
     ]
 }
 
-/// Makes most driving messages good ones: with the epoch of the lease, the next sequence, and seen
-/// not long ago.
+/// Makes most driving messages valid: with the epoch of the lease, the next sequence, and a time
+/// seen not long ago.
 fn likely(input: Input, lease: Option<u32>, sequence: u32, now: Duration) -> Input {
     let seen_at = |ago: u64| now.saturating_sub(at(ago));
     let epoch_of = |epoch: u32| {
@@ -61,7 +61,7 @@ fn likely(input: Input, lease: Option<u32>, sequence: u32, now: Duration) -> Inp
     Input::Asks(client, sequence + later, asked)
 }
 
-/// What a bystander knows who sees inputs and outputs only.
+/// The knowledge of a bystander that sees only inputs and outputs.
 #[derive(Default)]
 struct Bystander {
     lease: Option<(ClientId, u32)>,
@@ -69,7 +69,7 @@ struct Bystander {
     is_armed: bool,
     is_emergency: bool,
     is_up: bool,
-    /// When the robot was last told to run or go on, until it was told to stop.
+    /// When the robot was last ordered to run or go on, until it was ordered to stop.
     runs_since: Option<Duration>,
     sequence: u32,
     moves: u32,
@@ -141,7 +141,7 @@ impl Bystander {
         Ok(())
     }
 
-    /// What the rules say of themselves must be what the bystander saw.
+    /// The state that the rules report must match what the bystander saw.
     fn compare(&mut self, safety: &Safety) -> Result<(), TestCaseError> {
         self.is_armed &= safety.is_armed();
         prop_assert_eq!(self.is_armed, safety.is_armed());
@@ -175,7 +175,7 @@ proptest! {
         }
         for (input, pause) in inputs {
             let until = now + at(pause);
-            // As the hub does: what runs out before is dealt with when it does.
+            // As the hub does: whatever expires earlier is processed when it does.
             while let Some(due) = safety.deadline().filter(|due| *due <= until) {
                 now = now.max(due);
                 let out = safety.on(now, Input::Tick);
@@ -191,7 +191,7 @@ proptest! {
     }
 }
 
-/// The property above would hold as well if nothing ever moved.
+/// Without this, the property above would also hold if nothing ever moved.
 #[test]
 fn the_random_inputs_do_move_the_robot() {
     use proptest::strategy::ValueTree;

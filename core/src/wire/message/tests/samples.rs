@@ -1,5 +1,5 @@
-//! One message of each kind, in their order, with figures that differ: what
-//! [`super::super::SCHEMA`] is made of.
+//! One message of each kind, in their order, with distinct figures: [`super::super::SCHEMA`] is
+//! computed from them.
 
 use super::super::*;
 use crate::robot::{Command, RobotModel};

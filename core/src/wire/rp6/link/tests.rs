@@ -2,7 +2,7 @@ use super::*;
 use crate::wire::rp6::ResetCause;
 use crate::wire::rp6::fixture::hello;
 
-/// A link, a clock, and the robot's end of the line as the protocol has it.
+/// A link, a clock, and the robot's end of the line according to the protocol.
 struct Bench {
     link: Link,
     now: f64,
@@ -33,7 +33,7 @@ impl Bench {
         Stamp::from_seconds(self.now)
     }
 
-    /// Lets time pass in steps of 10 ms; gives what was sent.
+    /// Lets time pass in steps of 10 ms; returns what was sent.
     fn pass(&mut self, seconds: f64) -> Vec<Frame<Command>> {
         let end = self.now + seconds;
         let mut sent = Vec::new();
@@ -116,7 +116,7 @@ fn the_boot_loader_gets_its_s_only_after_ready() {
     assert_eq!(bench.link.take_output(), b"");
     bench.text("[READY]");
     assert_eq!(bench.link.take_output(), b"s");
-    // The program starts and speaks first; that alone is not enough, for it may not hear us.
+    // The program starts and speaks first; that alone is not enough, because it may not hear us.
     bench.hello(0);
     assert_eq!(bench.link.phase(), Phase::Greeting);
     assert_eq!(bench.sent().len(), 1);
@@ -174,7 +174,7 @@ fn what_moves_needs_arming_and_every_break_disarms() {
         break_it(&mut bench);
         let events = bench.events();
         let silent = reason == Down::Silence;
-        // Unanswered comes first where a command waits and nothing is heard.
+        // If a command waits and nothing is heard, the link is unanswered before it is silent.
         let down = LinkEvent::Down(if silent { Down::Unanswered } else { reason });
         assert!(events.contains(&down), "{events:?}");
         assert!(events.contains(&LinkEvent::Dropped(FORWARD)), "{events:?}");
@@ -299,7 +299,7 @@ fn another_version_of_the_protocol_is_named_once_and_greeted_slowly() {
     });
     bench.say(&hello);
     assert_eq!(bench.link.phase(), Phase::ResetNeeded);
-    // It answers each greeting; its firmware might be changed meanwhile, so it is still greeted.
+    // It answers each greeting; its firmware might be replaced meanwhile, so it is still greeted.
     let mut greetings = 0;
     for _ in 0..400 {
         if !bench.pass(0.01).is_empty() {
@@ -312,8 +312,7 @@ fn another_version_of_the_protocol_is_named_once_and_greeted_slowly() {
     assert_eq!(bench.link.phase(), Phase::ResetNeeded);
 }
 
-/// Whoever drove while the rangers looked aside lost each speed that waited for the look's
-/// acknowledgement.
+/// Before, a driver lost each speed that waited for the acknowledgement of a look aside.
 #[test]
 fn a_look_aside_does_not_take_the_place_of_a_speed_that_waits() {
     let look = Command::Sweep {

@@ -1,8 +1,8 @@
-//! What the boot loader and the vendor's firmware say in plain text.
+//! The plain text of the boot loader and the vendor's firmware.
 //!
-//! In: bytes. Out: which of three phrases has just ended. They are searched in the raw stream,
-//! since a boot loader sends no markers; in a frame nine or more right bytes in a row do not come
-//! up by chance.
+//! In: bytes. Out: which of three phrases has just ended. They are searched for in the raw stream,
+//! because a boot loader sends no markers. In a frame, nine or more matching bytes in a row do not
+//! occur by chance.
 
 const PHRASES: [(&[u8], Heard); 3] = [
     (b"[RP6BOOT]", Heard::BootLoader),

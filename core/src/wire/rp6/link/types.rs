@@ -1,8 +1,8 @@
-//! What the owner of a link sees and hears.
+//! What the owner of a link gets from it.
 
 use super::super::{Command, CommandResult, Hello, Ranger, Telemetry};
 
-/// Where the link stands.
+/// The phase of the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// Just opened: a boot loader may be about to speak.
@@ -13,14 +13,14 @@ pub enum Phase {
     Greeting,
     /// The robot answered; commands reach it.
     Running,
-    /// Only somebody at the robot can help: its program hangs, or it is off.
+    /// Only a person at the robot can help: its program hangs, or it is off.
     ResetNeeded,
 }
 
 /// Why a link went down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Down {
-    /// Nothing came for too long.
+    /// Nothing arrived for too long.
     Silence,
     /// A command was not acknowledged, however often it was sent.
     Unanswered,
@@ -36,23 +36,23 @@ pub enum Down {
     Closed,
 }
 
-/// What the owner of the link should know.
+/// Events for the owner of the link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LinkEvent {
-    /// The robot is there, standing; the link is disarmed.
+    /// The robot is there, standing still; the link is disarmed.
     Up(Hello),
-    /// It no longer is; or it is now known why it cannot be.
+    /// The robot is no longer there; or it is now known why it cannot be reached.
     Down(Down),
-    /// The robot said what became of a command.
+    /// The robot reported the result of a command.
     Acknowledged {
         /// The command.
         command: Command,
-        /// What became of it.
+        /// Its result.
         result: CommandResult,
     },
-    /// A command was given up: a stop overtook it, or the link went down.
+    /// A command was dropped: a stop overtook it, or the link went down.
     Dropped(Command),
-    /// How the robot is.
+    /// The robot's state.
     Telemetry(Telemetry),
     /// A reading of a ranger.
     Ranger(Ranger),
@@ -62,10 +62,10 @@ pub enum LinkEvent {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinkError {
-    /// No robot answers at present.
+    /// No robot answers now.
     #[error("the RP6 is not connected ({phase:?}); expected it to run")]
     NotRunning {
-        /// Where the link stands.
+        /// The phase of the link.
         phase: Phase,
     },
     /// Motion needs arming first.

@@ -86,7 +86,7 @@ fn report() -> impl Strategy<Value = Report> {
     prop_oneof![telemetry, hello, ranger, ack]
 }
 
-/// All frames of the stream, handed over in pieces of the given size.
+/// All frames of the stream, passed in pieces of the given size.
 fn decode<M: Message>(stream: &[u8], piece: usize) -> (Vec<Frame<M>>, Tally) {
     let mut decoder = Decoder::default();
     let mut frames = Vec::new();

@@ -65,7 +65,7 @@ proptest! {
         prop_assert!(right >= 900, "{} right of {}", right, got.len());
     }
 
-    /// Whatever comes: no panic, and no byte is unaccounted for.
+    /// Any bytes: no panic, and every byte is accounted for.
     #[test]
     fn every_byte_is_accounted_for(
         noise in prop::collection::vec(any::<u8>(), 0..2000),
@@ -98,11 +98,11 @@ proptest! {
         decoder.expect_answer();
         let waiting = decoder.tally().discarded - before.discarded;
         prop_assert_eq!(before.bytes, bytes.len() as u64);
-        // A single answer that is being read has its descriptor counted, but was not handed on: at
-        // most 7 bytes.
+        // The descriptor of a single answer that is still being read is counted but not yet handed
+        // on: at most 7 bytes.
         let sum = in_frames + before.discarded + waiting;
         prop_assert!(sum <= before.bytes && before.bytes - sum <= 7, "{} of {}", sum, before.bytes);
-        // A scan that never ends waits for less than it takes to lock.
+        // A scan that never ends keeps fewer bytes waiting than locking needs.
         prop_assert!(waiting < 84 + 1);
     }
 
