@@ -9,7 +9,6 @@
 //! 2. `FLASER`, `RLASER` and `ROBOTLASER1` become scans, `PARAM` is kept, `ODOM` is counted (every
 //!    laser message carries the odometry of its own moment, interpolated by the recorder), other
 //!    messages are skipped.
-//! 3. Structure is strict: the number of fields must be that announced and every field a number.
 //! 3. Structure is strict: the number of fields must match the one announced, and every field must
 //!    be a number. Spaces, tabs, line ends, empty lines and comments are free. A range that is NaN,
 //!    infinite or negative counts as not measured, and a message without a valid pose or time is

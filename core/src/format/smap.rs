@@ -50,7 +50,7 @@ pub const MOST_POINTS: usize = 100_000;
 /// A submap, in a frame of its own: m, right-handed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Smap {
-    /// Where beams ended.
+    /// Where beams hit something.
     pub points: Vec<Point2<f64>>,
     /// Positions of the robot, in the order of the drive.
     pub path: Vec<Point2<f64>>,
