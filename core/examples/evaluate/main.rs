@@ -11,8 +11,8 @@
 //! paused|left|anywhere|X,Y,DEGREES]] [--save MAP.slamlab] [--json]`
 //!
 //! Several logs, several methods, as a Markdown table, or with `--json` as one JSON object per
-//! line:
-//! `cargo run --release -p slamlab-core --example evaluate -- FILE… [--method NAME,NAME…] [--set KEY=NUMBER] [--json]`
+//! line: `cargo run --release -p slamlab-core --example evaluate -- FILE… [--method NAME,NAME…]
+//! [--set KEY=NUMBER] [--json]`
 //!
 //! Or optimises a pose graph, from the file's own poses:
 //! `cargo run --release -p slamlab-core --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
