@@ -1,10 +1,10 @@
-//! Closed sets that the core gives no names: each variant crosses by its name. What a person reads
-//! of it stands in the page, which must have words for all.
+//! Closed sets that have no names in the core: each variant crosses by its name. The page must have
+//! words for all of them.
 
 use slamlab_core::estimation::Rejection;
 
-/// Types of the page with the names of their variants. `of` a type of the core they follow it,
-/// variant by variant; with `=` they are converted back too.
+/// Types of the page with the names of their variants. With `of`, a type follows an enum of the
+/// core variant by variant; with `=`, it is converted back too.
 macro_rules! names {
     ($($(#[$doc:meta])* $name:ident $(of $core:path)? $(= $same:path)? { $($variant:ident = $word:literal),+ $(,)? })+) => { $(
         $(#[$doc])*
