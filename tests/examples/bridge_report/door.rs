@@ -15,7 +15,7 @@ use crate::client::Bridge;
 use crate::robot::with_robot;
 
 const CROWD: usize = 1000;
-/// More than the bridge allows for a request's header.
+/// Longer than the bridge waits for a request's header.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Each case, and whether all hold; the robot must not have moved.
