@@ -45,19 +45,19 @@ macro_rules! core_names {
 }
 
 core_names! {
-    /// A way to do SLAM.
+    /// A SLAM method.
     MethodName of Method;
     /// A planner.
     PlannerName of Planner;
-    /// What a try at a lesson is graded by.
+    /// A measure by which a try at a lesson is graded.
     MeasureName of Measure;
-    /// How a device is.
+    /// The state of a device.
     DeviceStateName of DeviceState;
     /// Why the robot is disarmed.
     DisarmReasonName of DisarmReason;
     /// How a robot stands to its geofence.
     FenceStateName of FenceState;
-    /// What a right is good for.
+    /// The role of a right.
     RoleName of Role;
 }
 
