@@ -20,8 +20,8 @@ pub(crate) struct BridgeProcess {
 
 impl BridgeProcess {
     /// Starts it; token and clock offset are in `folder`. Writes beyond a limit fail, as on a full
-    /// disk, without ending it. If there is a bucket, it records into the folder of `recording`,
-    /// from which it also stores files that others finished.
+    /// disk, without ending it. If there is a bucket, it records into `recordings` in `folder`
+    /// instead of to `recording`, and stores from there also what others finished.
     pub(crate) async fn start(
         program: &str,
         source: &str,
