@@ -1,4 +1,4 @@
-//! Reading a CARMEN log: 2000 scans of 180 readings, made here.
+//! Reading a CARMEN log: 2000 scans of 180 readings, generated here.
 #![allow(missing_docs, reason = "criterion's macros")]
 
 use std::fmt::Write as _;

@@ -1,4 +1,4 @@
-//! One period of the drive controller, of which a robot has a thousand in a second, and the design
+//! One period of the drive controller, of which a robot runs a thousand per second, and the design
 //! of its gains.
 
 use std::f64::consts::TAU;
@@ -26,7 +26,7 @@ fn controller(c: &mut Criterion) {
     let mut seconds = 0.0;
     c.bench_function("controller/step", |b| {
         b.iter(|| {
-            // The shafts follow the command: an encoder's counts, so that no observer comes to
+            // The shafts follow the command as an encoder counts it, so the observer never comes to
             // rest.
             seconds += PERIOD;
             let count = (wish.speed * seconds / RADIANS_PER_COUNT) as i64;

@@ -1,5 +1,5 @@
-//! The line filter by the number of walls it knows: move, correct by one match, add a wall, and
-//! whole scans of eight lines.
+//! The line filter against the number of walls in its map: predict, correct by one match, add a
+//! wall, and whole scans of eight lines.
 
 #[path = "../examples/shared/mapped_filter.rs"]
 mod mapped_filter;
@@ -11,7 +11,7 @@ use mapped_filter::{mapped, observe, wall};
 
 const SIZES: [usize; 3] = [100, 300, 1000];
 
-/// The odometry goes into the covariance when a scan comes, here one without a line.
+/// Odometry enters the covariance when a scan arrives; here one without lines.
 fn predict(c: &mut Criterion) {
     let mut group = c.benchmark_group("predict");
     for n in SIZES {
@@ -39,7 +39,7 @@ fn one_match(c: &mut Criterion) {
     group.finish();
 }
 
-/// A wall that is not known yet; the filter is copied for each, outside of the time.
+/// A wall that is not in the map yet. The filter is copied for each, outside the measured time.
 fn augment(c: &mut Criterion) {
     let mut group = c.benchmark_group("augment by 1 line");
     for n in SIZES {
@@ -55,7 +55,7 @@ fn augment(c: &mut Criterion) {
     group.finish();
 }
 
-/// Each line by itself, and all lines together (JCBB).
+/// Lines matched one by one, and all together (JCBB).
 fn eight_lines(c: &mut Criterion) {
     let methods = [
         ("update with 8 lines", AssociationMethod::Nearest),

@@ -72,7 +72,8 @@ fn plan(c: &mut Criterion) {
     }
 }
 
-/// Every planner on the way through the exact walls of `office`, and what makes its path shorter.
+/// Every planner on the route through the exact walls of `office`, and every way to shorten its
+/// path.
 fn over_walls(c: &mut Criterion) {
     let Some(world) = worlds::builtin("office") else {
         return;
@@ -112,7 +113,7 @@ fn over_walls(c: &mut Criterion) {
     });
 }
 
-/// The path after 2000 iterations at most.
+/// The path after at most 2000 iterations.
 fn find(
     planner: Planner,
     space: &SegmentSpace,

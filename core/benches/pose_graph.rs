@@ -1,4 +1,4 @@
-//! The pose graph: a walk through a grid of streets, with a closure wherever it meets itself.
+//! The pose graph of a walk through a grid of streets, with a closure wherever it meets itself.
 #![allow(missing_docs, reason = "criterion's macros")]
 
 use std::collections::BTreeMap;

@@ -1,5 +1,5 @@
-//! Matching a scan to a map of surfaces, from a start 10 cm and 3° off; and finding it by branch
-//! and bound from 3 m off.
+//! Matching a scan to a map of surfaces from a start 10 cm and 3° off; and finding it by branch and
+//! bound from 3 m off.
 #![allow(missing_docs, reason = "criterion's macros")]
 
 use std::hint::black_box;

@@ -1,5 +1,5 @@
-//! How fast worlds are seen and driven through: scans of `campus`, and simulated seconds. How the
-//! cost of a ray grows with the number of walls is a claim of its own: `report -- ray-cast`.
+//! The speed of the simulator: scans of `campus`, and simulated seconds. How the cost of a ray
+//! grows with the number of walls is a separate claim: `report -- ray-cast`.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -9,7 +9,7 @@ use nalgebra::{Point2, Vector2};
 use slamlab_core::robot::{Command, RobotModel};
 use slamlab_core::sim::{Caster, Fan, SensorModel, Simulation, reachable_area, worlds};
 
-/// Scans of 360 beams from ten places of `campus`, each ray alone and all at once.
+/// Scans of 360 beams from ten places of `campus`, ray by ray and all at once.
 fn campus(c: &mut Criterion) {
     let Some((caster, mut fan)) = worlds::builtin("campus")
         .map(|w| Caster::new(w.walls()))
@@ -47,7 +47,7 @@ fn campus(c: &mut Criterion) {
     group.finish();
 }
 
-/// One simulated second, driving to and fro.
+/// One simulated second of driving to and fro.
 fn second(c: &mut Criterion) {
     let mut group = c.benchmark_group("simulated_second");
     for (sensor, model) in [

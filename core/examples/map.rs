@@ -1,5 +1,5 @@
-//! Looks at saved maps (`.slamlab`), finds where a map lies in one, joins two to one, takes out of
-//! one what newer parts cover, and changes what is drawn.
+//! Inspects saved maps (`.slamlab`), finds where a map lies in another, merges two, removes what
+//! newer parts cover, and edits what is drawn.
 //!
 //! `cargo run --release -p slamlab-core --example map -- info MAP.slamlab`
 //! `cargo run --release -p slamlab-core --example map -- merge FIRST.slamlab SECOND.slamlab --out
@@ -10,9 +10,9 @@
 //! `cargo run --release -p slamlab-core --example map -- edit MAP.slamlab [--undo]
 //! [--erase X0,Y0,X1,Y1] [--wall X0,Y0,X1,Y1] [--glass X0,Y0,X1,Y1] --out OUT.slamlab`
 //!
-//! The exit status is 1 where something failed: also where it is not proved how two maps lie to
-//! each other. Figures are printed as one JSON object, and in words where the map is torn or
-//! doubtful.
+//! The exit status is 1 if something failed, including when it is not proved how two maps lie
+//! relative to each other. Figures are printed as one JSON object; if the map is torn or doubtful,
+//! it is also said in words.
 #![allow(
     clippy::disallowed_methods,
     reason = "the edge: files are here and nowhere below"

@@ -1,7 +1,7 @@
 //! Runs one experiment in the simulated world and prints its figures.
 //!
-//! The exit status is 0, or 3 where the map is torn, nothing was matched to it or the robot is lost
-//! in the one that was given, 4 where a lesson's goal is missed, and 1 where something failed.
+//! The exit status is 0; 3 if the map is torn, nothing was matched to it or the robot is lost in
+//! the given map; 4 if a lesson's goal is missed; and 1 if something failed.
 //!
 //! ```text
 //! cargo run --release -p slamlab-core --example simulate -- --world office --sensor lidar --seed 7 --mode explore --json
@@ -123,11 +123,11 @@ struct Args {
 
 /// A place of a prior map shows a wall of the world within this distance, m: a few cells of a grid.
 const ON_WALL: f64 = 0.15;
-/// Walls are asked about in pieces of this length, m.
+/// Walls are tested in pieces of this length, m.
 const PIECE: f64 = 0.1;
-/// Exit status where a lesson's goal is missed.
+/// Exit status if a lesson's goal is missed.
 const NOT_MENDED: u8 = 4;
-/// A map of which a smaller part shows walls of the world may be of another one.
+/// A map of which a smaller part shows walls of the world may be of another world.
 const LEAST_SHOWN: f64 = 0.7;
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -157,7 +157,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The run of a link or a lesson, as if its parts had been given one by one.
+/// The run of a link or a lesson, as if its parts had been given as options.
 fn linked(mut args: Args) -> Result<(Args, Option<Link>)> {
     let method = args.method.as_deref().map(str::parse);
     let link = match (args.lesson, &args.link) {
@@ -229,7 +229,8 @@ fn run(args: Args) -> Result<ExitCode> {
         ..ExperimentConfig::of(&settings, world, robot, seed)
     };
     if let Some(path) = &args.prior_map {
-        // The map's frame begins where the robot does, whether it knows or not: figures compare.
+        // The map's frame begins where the robot does, whether it knows that or not, so figures are
+        // comparable.
         config.slam.prior_map = match args.start {
             Some(Start::At(start)) => prior_map::read(path, args.svg_unit, &Start::At(start))?,
             Some(Start::Anywhere) | None => placed_in_world(path, args, &config.world)?,
@@ -305,7 +306,7 @@ fn run(args: Args) -> Result<ExitCode> {
     }
     let cov = experiment.session().estimate().cov;
     let cov = cov.fixed_view::<2, 2>(0, 0).into_owned();
-    // Along the most uncertain direction, as the filter itself says.
+    // Along the most uncertain direction, according to the filter itself.
     report["position_sigma_m"] = cov.symmetric_eigenvalues().max().max(0.0).sqrt().into();
     if let Mode::GoTo(goal) = mode {
         let off = (goal - experiment.truth().position()).length();
@@ -347,7 +348,7 @@ fn run(args: Args) -> Result<ExitCode> {
     })
 }
 
-/// What a run of a lesson has reached, goal by goal.
+/// The results of a lesson's run, goal by goal.
 fn marks(grade: &Grade) -> Value {
     let mark = |mark: &Mark| {
         let Goal { measure, bound } = mark.goal;
@@ -362,16 +363,16 @@ fn marks(grade: &Grade) -> Value {
     json!({ "is_over": grade.is_over, "is_passed": grade.is_passed(), "marks": marks })
 }
 
-/// What the map is worth, all that was seen included, of the method that is judged. The run may go
-/// on in a saved map, so a copy of its map is completed for that.
+/// The quality of the map with all scans included, for a method that is judged. The run may go on
+/// in a saved map, so a copy of its map is completed for that.
 fn judged(experiment: &Experiment) -> Option<MapQuality> {
     let mut map = experiment.session().slam().view().map?.clone();
     map.finish();
     Some(map.quality())
 }
 
-/// A prior map of which nobody said where the robot begins in it: at the start of the world, or at
-/// the origin, whichever has more of the map where walls of the world are.
+/// A prior map without a given start: the robot begins at the start of the world or at the origin,
+/// whichever puts more of the map on walls of the world.
 fn placed_in_world(path: &Path, args: &Args, world: &World) -> Result<PriorMap> {
     let walls = world.walls();
     let walls = walls.iter().map(|wall| wall.segment);
@@ -410,7 +411,7 @@ fn part_on(faces: &[Segment], walls: &[Segment]) -> f64 {
     on / f64::max(all, f64::MIN_POSITIVE)
 }
 
-/// Writes what was asked for.
+/// Writes the requested files.
 fn write_files(
     args: &Args,
     experiment: &Experiment,
@@ -424,7 +425,7 @@ fn write_files(
     let revolutions = || RevolutionLog::of_carmen(experiment.log());
     let mut files = args.outputs.files(slam, poses, log, revolutions)?;
     if let Some(path) = &args.truth {
-        // By the stamps of the log: a scan is over before the step of the simulation is.
+        // By the stamps of the log, because a scan ends before the step of the simulation does.
         let scans = experiment.log().scans.iter();
         let samples = scans.zip(experiment.record().samples());
         let poses = samples.map(|(scan, sample)| (scan.ipc_seconds, sample.truth));
@@ -480,7 +481,7 @@ fn load_world(args: &Args) -> Result<World> {
     Ok(imported.world)
 }
 
-/// The map begins at the robot's start, so the goal moves from the world's frame into that one.
+/// The map begins at the robot's start, so the goal is transformed from the world's frame.
 fn goal_in_map(args: &Args, world: &World) -> Result<Point2<f64>> {
     let in_world = match &args.goal {
         Some(text) => {

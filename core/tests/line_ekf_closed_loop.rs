@@ -135,7 +135,7 @@ fn run(
     }
 }
 
-/// Heads for a point of the route some way ahead, by the true pose.
+/// Steers for a point of the route some distance ahead, by the true pose.
 fn steer(sim: &mut Simulation, route: &mut VecDeque<Point2<f64>>) {
     let pose = sim.truth();
     while route.len() > 1
@@ -182,8 +182,8 @@ fn summarize(world: &str, outcomes: &[Outcome]) {
     );
 }
 
-/// Runs 5 seeds in `world` and holds each to `metres` and `degrees`, and all together to an honest
-/// covariance.
+/// Runs 5 seeds in `world`; each must be within `metres` and `degrees`, and all together must have
+/// an honest covariance.
 fn check(world: &str, metres: f64, degrees: f64) {
     let outcomes: Vec<_> = (0..5)
         .map(|seed| run(world, seed, 4, EkfConfig::default(), LineConfig::default()))
@@ -202,8 +202,8 @@ fn check(world: &str, metres: f64, degrees: f64) {
     );
 }
 
-/// Errands in `office` lead through doors into rooms and back for 44 m; the worst of five ends
-/// 0.104 m off, and says so itself.
+/// Errands in `office` lead through doors into rooms and back over 44 m; the worst of five ends
+/// 0.104 m off, and its covariance says so.
 #[test]
 fn pose_is_found_to_centimetres_and_two_degrees_with_honest_covariance() {
     for (world, metres) in [("arena", 0.05), ("doors", 0.05), ("office", 0.12)] {
@@ -212,9 +212,8 @@ fn pose_is_found_to_centimetres_and_two_degrees_with_honest_covariance() {
 }
 
 /// Odometry alone is lost by 19 m here. Random errands do not always close the ring, and then
-/// nothing bounds the error but the filter's own covariance: seed 4 ends 0.35 m off. That the
-/// covariance is honest on closed laps, 100 seeds of them, is what `report -- ekf-consistency`
-/// measures.
+/// nothing but the filter's own covariance bounds the error: seed 4 ends 0.35 m off. That the
+/// covariance is honest on closed laps is measured by `report -- ekf-consistency`, over 100 seeds.
 #[test]
 fn ring_of_sixty_metres_is_followed_to_forty_centimetres_and_two_degrees() {
     check("loop", 0.40, 2.0);

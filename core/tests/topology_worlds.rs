@@ -1,5 +1,5 @@
-//! The topology of the built-in worlds, drawn exactly: how many rooms, corridors and doors they
-//! have is known by looking.
+//! The topology of the built-in worlds, drawn exactly: the number of rooms, corridors and doors in
+//! them is known by looking.
 #![allow(clippy::unwrap_used)] // Helpers of tests may panic as tests do.
 #![allow(missing_docs, reason = "a test binary has no public interface")]
 
@@ -10,11 +10,11 @@ use slamlab_core::sim::{Caster, World, worlds};
 
 const CELL: f64 = 0.05;
 
-/// The world as a grid turned by `turn` holds it: walls, the floor that a flood from the start
-/// comes to, the rest unknown.
+/// The world as a grid turned by `turn` holds it: walls, the floor that a flood fill from the start
+/// reaches, the rest unknown.
 fn drawn(world: &World, turn: f64) -> (CellRect, Vec<CellState>) {
     let (low, high) = world.bounds();
-    // Off by less than a cell, so that no wall stands on the border between two cells.
+    // Offset by less than a cell, so no wall lies on the border between two cells.
     let map_from_world = Pose2::new(0.0137, 0.0091, turn);
     let corners = [
         (low.x, low.y),
@@ -39,7 +39,8 @@ fn drawn(world: &World, turn: f64) -> (CellRect, Vec<CellState>) {
         ) * CELL;
         map_from_world.inverse() * at
     };
-    // As near as the centre of a cell is to a wall along the world's axes that touches the cell.
+    // Distance from the centre of a cell within which a wall along the world's axes touches the
+    // cell.
     let (sin, cos) = sin_cos(turn);
     let near = 0.5 * CELL * (sin.abs() + cos.abs());
     let mut states: Vec<CellState> = (0..rect.width() * rect.height())

@@ -1,5 +1,5 @@
-//! Prints what filter, registration and scan matching cost natively, the latter also on a log where
-//! one is named; `cargo xtask report browser-cost` compares it with the browser.
+//! Prints the native cost of filter, registration and scan matching, the latter also on a log if
+//! one is given; `cargo xtask report browser-cost` compares it with the browser.
 
 #[cfg(not(target_family = "wasm"))]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -12,6 +12,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// The browser's side is a test, because the test runner drives the browser.
+/// In the browser this is a test, because the test runner drives the browser.
 #[cfg(target_family = "wasm")]
 fn main() {}

@@ -1,7 +1,7 @@
-//! Fuzzes every decoder, and what other tools say to a bridge: [`slamlab_tests::fuzz`].
+//! Fuzzes every decoder, and the messages of other tools to a bridge: [`slamlab_tests::fuzz`].
 //!
-//! `cargo xtask report fuzz --minutes 10`, or `... --example fuzz -- MINUTES [TARGET...]`; minutes
-//! are those of each target. Goes on where the last run ended; prints JSON, and exits with 0 only
+//! `cargo xtask report fuzz --minutes 10`, or `... --example fuzz -- MINUTES [TARGET...]`; the
+//! minutes are per target. Continues where the last run ended; prints JSON, and exits with 0 only
 //! if nothing crashed. A crash is saved under `tests/crashes`.
 #![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
 
@@ -39,7 +39,7 @@ mod unix {
         let is_wanted = |target: &&'static Target| {
             wanted.is_empty() || wanted.iter().any(|name| name == target.name)
         };
-        // A panic is what is looked for: one line of it is enough.
+        // Panics are expected here: one line for each is enough.
         std::panic::set_hook(Box::new(|info| eprintln!("{info}")));
         let mut figures = Map::new();
         let mut holds = true;

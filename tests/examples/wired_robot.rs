@@ -1,5 +1,5 @@
 //! A simulated RP6 with an RPLIDAR, each on a pseudo-terminal: the bridge finds there, byte for
-//! byte, what real ones say.
+//! byte, what real devices send.
 //!
 //! In: the name of a built-in world (default `arena`), then commands of [`slamlab_tests::console`].
 //! Out: its answers.

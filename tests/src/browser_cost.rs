@@ -1,5 +1,5 @@
-//! What an update of the line filter, a scan of scan matching and the registration of two scans
-//! cost, by a clock that is handed in: the same code natively and in the browser.
+//! The cost of an update of the line filter, a scan of scan matching and the registration of two
+//! scans, by a clock that is passed in: the same code natively and in the browser.
 
 #[path = "../../core/examples/shared/mapped_filter.rs"]
 mod mapped_filter;
@@ -23,18 +23,18 @@ use crate::recorded_loop::recorded_loop;
 
 /// Landmarks in the map.
 const SIZES: [usize; 3] = [100, 300, 1000];
-/// Milliseconds of one measurement, or a little more: less than what a busy system grants at a
-/// time, many times the grain of a browser's clock (0.1 ms at most).
+/// Duration of one measurement, ms, or a little more: less than a time slice of a busy system, and
+/// many times the resolution of a browser's clock (0.1 ms at worst).
 const MEASUREMENT_MS: f64 = 3.0;
 const MEASUREMENTS: usize = 200;
-/// Of the registration of two scans. A browser first runs a program as it is quickest translated,
-/// and translates anew beside it what runs often: after a second of one method that has happened.
+/// Number of registrations of two scans. A browser first compiles a program quickly, and meanwhile
+/// recompiles what runs often with optimisation: after a second of one method that is done.
 const REGISTRATIONS: usize = 400;
-/// Replays of the recorded loop, some tens of milliseconds each.
+/// Number of replays of the recorded loop, some tens of milliseconds each.
 const REPLAYS: usize = 20;
-/// And of a log of a building, some seconds each.
+/// Number of replays of a log of a building, some seconds each.
 const LOG_REPLAYS: usize = 4;
-/// Scans of a replay that are measured together, some milliseconds.
+/// Number of scans of a replay that are measured together, some milliseconds.
 const STRETCH: usize = 10;
 
 /// Why nothing could be measured.
@@ -46,9 +46,9 @@ pub enum CostError {
     /// A log could not be replayed.
     #[error("{log}: {why}")]
     Replay {
-        /// Which.
+        /// Which log.
         log: &'static str,
-        /// What its reader or the mapper says.
+        /// The message of its reader or of the mapper.
         why: String,
     },
     /// Scans were refused as clouds.
@@ -57,10 +57,10 @@ pub enum CostError {
 }
 
 /// Lines `cost NAME MS`: milliseconds of an update with one match at some sizes of the map, of the
-/// registration of two scans by each method, and of a scan by scan matching, with its part of the
-/// work at the end: of the recorded loop, and of `log`, a CARMEN log of a building, where there is
-/// one. Of some measurements each is the shortest, for what other programs take of the machine only
-/// ever adds.
+/// registration of two scans by each method, and of a scan by scan matching, including its share of
+/// the work at the end: for the recorded loop, and for `log`, a CARMEN log of a building, if there
+/// is one. Each is the minimum of several measurements, because other programs on the machine only
+/// ever add.
 ///
 /// # Errors    Of filter, clouds and replays.
 pub fn costs(now_ms: impl Fn() -> f64, log: Option<&[u8]>) -> Result<Vec<String>, CostError> {
@@ -107,7 +107,7 @@ fn update_ms(n: usize, now_ms: impl Fn() -> f64) -> Result<f64, EkfError> {
     Ok(shortest)
 }
 
-/// What a laser of 360 beams sees of the office from two places, each in its own frame.
+/// What a laser with 360 beams sees of the office from two places, each in its own frame.
 #[allow(clippy::expect_used)] // without its world nothing is measured
 fn two_scans() -> [Vec<Point2<f64>>; 2] {
     let caster = Caster::new(worlds::builtin("office").expect("a built-in world").walls());
@@ -136,7 +136,7 @@ fn registration_ms(
     for _ in 0..REGISTRATIONS {
         let (begin, mut registrations, mut passed) = (now_ms(), 0.0, 0.0);
         while passed < MEASUREMENT_MS {
-            // With all that is made from the points first.
+            // Everything that is derived from the points is computed first.
             let (fixed, moving) = (Cloud::scan(fixed.clone())?, Cloud::scan(moving.clone())?);
             let found = register_clouds(&moving, &fixed, &start, method, &judge);
             assert_eq!(found.verdict, Verdict::Converged, "it did not find the way");
@@ -148,7 +148,7 @@ fn registration_ms(
     Ok(shortest)
 }
 
-/// Of each stretch of the log the shortest time counts.
+/// For each stretch of the log the minimum time counts.
 fn scan_ms(
     name: &'static str,
     text: &[u8],

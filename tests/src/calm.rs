@@ -1,11 +1,12 @@
 //! Tests that run in real time, on machines that may have other things to do.
 //!
-//! What such a test asks ("the key is held down all the while") is only put to the bridge where the
-//! test's own threads run in time. So:
+//! What such a test assumes ("the key is held down all the while") only holds if the test's own
+//! threads run in time. So:
 //!
 //! 1. A watch beside the test measures how late a thread wakes.
-//! 2. A test that fails while the watch woke in time has failed.
-//! 3. One that fails while it did not proves nothing; it runs again, at most [`ATTEMPTS`] times.
+//! 2. If a test fails although the watch woke in time, it has failed.
+//! 3. If it fails and the watch did not wake in time, that proves nothing; it runs again, at most
+//!    [`ATTEMPTS`] times.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
@@ -13,20 +14,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// How often a test may run until the machine lets it.
+/// Maximum number of attempts on a loaded machine.
 pub const ATTEMPTS: u32 = 6;
 
-/// Lateness that a test must bear: less than half of the shortest time out, the 250 ms of the
+/// Lateness that a test must tolerate: less than half of the shortest timeout, the 250 ms of the
 /// bridge's watchdog.
 const BEARABLE: Duration = Duration::from_millis(100);
 
-/// From one look at the clock to the next.
+/// Interval between two looks at the clock.
 const BEAT: Duration = Duration::from_millis(5);
 
-/// Runs a test in real time; where it fails, and the machine let its threads wait meanwhile, once
-/// more.
+/// Runs a test in real time; if it fails and the machine delayed its threads meanwhile, runs it
+/// once more.
 ///
-/// # Panics    As `test`, where the machine was calm, or has been loaded [`ATTEMPTS`] times.
+/// # Panics    As `test`, if the machine was calm, or was loaded in all [`ATTEMPTS`] attempts.
 pub fn on_a_calm_machine(test: impl Fn()) {
     for attempt in 1..=ATTEMPTS {
         let watch = Watch::start();
@@ -44,7 +45,7 @@ pub fn on_a_calm_machine(test: impl Fn()) {
 
 /// [`on_a_calm_machine`] for a test that waits for sockets.
 ///
-/// # Panics    As there.
+/// # Panics    As [`on_a_calm_machine`].
 pub fn async_on_a_calm_machine(test: impl AsyncFn()) {
     on_a_calm_machine(|| {
         tokio::runtime::Builder::new_current_thread()
@@ -93,7 +94,7 @@ mod tests {
 
     #[test]
     fn a_failure_on_a_calm_machine_is_one() {
-        // As long as nobody else loads this one; else a second run is right.
+        // Holds unless the machine is loaded; then a second run is right.
         let watch = Watch::start();
         let runs = Cell::new(0);
         let failed = catch_unwind(AssertUnwindSafe(|| {

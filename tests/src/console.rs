@@ -1,15 +1,15 @@
-//! A simulated robot's console: other programs pull its cables and ask what is true.
+//! A simulated robot's console: other programs pull its cables and ask for the truth.
 //!
-//! In: a line a command. Out: a line of JSON an answer; the first says where its ports are.
+//! In: one command per line. Out: one line of JSON per answer; the first one names its ports.
 //!
 //! | command | answer |
 //! |---|---|
 //! | `pull`, `plug` | `{}`; its cables are out, or in |
-//! | `facts` | what is true of the robot, as its owner tells it |
-//! | others | `{}`; what the robot's own program says that they do |
-//! | `map FILE.pgm FILE.yaml` | how true that map is: [`crate::map_truth`] |
+//! | `facts` | the true state of the robot, as its owner reports it |
+//! | others | `{}`; defined by the robot's own program |
+//! | `map FILE.pgm FILE.yaml` | how accurate that map is: [`crate::map_truth`] |
 //!
-//! It ends where its input does.
+//! It ends with its input.
 
 use std::io::{BufRead, Write};
 
@@ -24,18 +24,18 @@ pub trait Wired {
     /// Pulls its cables out, or puts them in.
     fn plug(&self, is_in: bool);
 
-    /// What is true of it.
+    /// The true state of it.
     fn facts(&self) -> Value;
 
-    /// Does something else; whether it knows how.
+    /// Does something else; returns whether it knows the command.
     fn act(&self, _words: &[&str]) -> bool {
         false
     }
 }
 
-/// Serves a robot in `world` whose ports are these, until the input ends.
+/// Serves a robot in `world` with these ports, until the input ends.
 ///
-/// # Errors    Where input or output fails.
+/// # Errors    Input or output fails.
 pub fn serve(
     world: &World,
     ports: &Value,
@@ -81,7 +81,7 @@ fn map(world: &World, pgm: &str, yaml: &str) -> Value {
     }
 }
 
-/// A pose as the page has it: in the frame that begins at the start of the world.
+/// A pose as on the page: in the frame that begins at the start of the world.
 #[must_use]
 pub fn in_map(world: &World, pose: &Pose2) -> Value {
     let pose = world.start.inverse() * *pose;

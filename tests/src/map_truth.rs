@@ -1,50 +1,50 @@
-//! How true a saved map is: the picture that the page hands out, against the walls of the world.
+//! How accurate a saved map is: the image that the page saves, against the walls of the world.
 //!
 //! In: a world, PGM and YAML as `format::map_server` writes them; the map's frame begins where the
 //! robot did. Out: [`MapTruth`].
 //!
-//! 1. Each occupied cell: how far its middle is from the nearest true wall.
-//! 2. Each true wall that can be seen from where the robot can be, every 5 cm: whether an occupied
-//!    cell is near.
-//! 3. Of the floor that can be reached or seen: how much of it the map knows.
+//! 1. For each occupied cell: the distance of its centre from the nearest true wall.
+//! 2. For each true wall that can be seen from where the robot can be, every 5 cm: whether an
+//!    occupied cell is near.
+//! 3. For the floor that can be reached or seen: how much of it is known in the map.
 
 use nalgebra::{Point2, Vector2};
 use slamlab_core::format::map_server::{self, MapServerError, NOTHING_KNOWN, OccupancyMap};
 use slamlab_core::geom::Pose2;
 use slamlab_core::sim::{Caster, ReachableArea, World, reachable_area};
 
-/// Nearer than this is at the wall, m: two cells.
+/// Cells nearer than this count as at the wall, m: two cells.
 const NEAR: f64 = 0.1;
-/// Between two places of a wall that are looked at, m.
+/// Spacing of the tested points along a wall, and of the raster of what can be reached, m.
 const SPACING: f64 = 0.05;
-/// Of the robot, and of the bitmap of what can be reached, m.
+/// Radius of the robot, m.
 const RADIUS: f64 = 0.11;
 
-/// What of a map is true.
+/// The accuracy of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapTruth {
-    /// Part of the floor that the map knows, 0 to 1.
+    /// Fraction of the floor that the map knows, 0 to 1.
     pub explored: f64,
-    /// Part of the occupied cells within 10 cm of a true wall.
+    /// Fraction of the occupied cells within 10 cm of a true wall.
     pub true_walls: f64,
     /// Mean distance of an occupied cell from the nearest true wall, m.
     pub wall_error: f64,
-    /// Part of the walls that are in the map.
+    /// Fraction of the walls that are in the map.
     pub found_walls: f64,
 }
 
-/// Why files are no map that can be compared.
+/// Why files are not a map that can be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MapFileError {
-    /// The picture or the text beside it.
+    /// The image or the text beside it.
     #[error(transparent)]
     File(#[from] MapServerError),
-    /// Nothing is known.
+    /// The map has no known cells.
     #[error("no cell is occupied")]
     Empty,
 }
 
-/// A map, and where its cells are.
+/// A map with the positions of its cells.
 struct Picture(OccupancyMap);
 
 /// Compares a map with its world.
@@ -75,7 +75,7 @@ pub fn compare(world: &World, pgm: &[u8], yaml: &str) -> Result<MapTruth, MapFil
 }
 
 fn found(world: &World, area: &ReachableArea, picture: &Picture, map_from_world: &Pose2) -> f64 {
-    // What floor in sight ends at can be seen.
+    // What bounds visible floor can be seen.
     let floor: Vec<Point2<f64>> = area.centres().collect();
     let (mut all, mut seen) = (0_u32, 0_u32);
     for wall in world.walls() {
@@ -125,7 +125,7 @@ mod tests {
 
     use super::*;
 
-    /// The arena as it is, drawn with every wall `shift` metres off to the left.
+    /// The arena with every wall drawn `shift` metres too far to the left.
     fn drawn(shift: f64) -> (World, Vec<u8>, String) {
         let world = worlds::builtin("arena").unwrap();
         let caster = Caster::new(world.walls());

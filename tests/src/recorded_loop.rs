@@ -1,12 +1,12 @@
-//! A recorded log of our own making, for all that runs natively and in the browser.
+//! A recorded log of our own, for everything that runs natively and in the browser.
 
 use slamlab_core::geom::Pose2;
 use slamlab_core::sim::{Caster, worlds};
 
 use crate::numbers;
 
-/// A CARMEN log of one lap and a bit in the ring corridor, with odometry that drifts and a laser
-/// that is a little noisy.
+/// A CARMEN log of a little more than one lap in the ring corridor, with odometry that drifts and a
+/// laser with some noise.
 ///
 /// # Panics    Never: the world is built in.
 #[must_use]

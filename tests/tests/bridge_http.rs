@@ -1,4 +1,4 @@
-//! The bridge as a browser meets it: files, their types, what fences the page in, and what is
+//! The bridge over HTTP: files, their types, the headers that confine the page, and what is
 //! refused.
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs)] // a test binary has no public interface
@@ -55,8 +55,8 @@ impl Bridge {
         }
     }
 
-    /// Sends `request` as it stands, with a Host header and a closing one added, and reads the
-    /// whole answer.
+    /// Sends `request` unchanged, with a Host header and a closing one added, and reads the whole
+    /// answer.
     async fn ask(&self, request: &str) -> Answer {
         self.raw(&format!(
             "{request}\r\nHost: {}\r\nConnection: close\r\n\r\n",
@@ -101,7 +101,7 @@ impl Answer {
     }
 }
 
-/// The page in this folder, and no robot behind it.
+/// Serves the page in this folder, without a robot.
 fn of_page(folder: PathBuf) -> Config {
     Config {
         page: Some(Page::Folder(folder)),

@@ -1,6 +1,6 @@
-//! Prints what filter, registration and scan matching cost in the browser, the latter also on the
-//! log that lies beside this package's manifest, if one does. It judges nothing, so it is run only
-//! where it is asked for by name: by `cargo xtask report browser-cost`.
+//! Prints the cost of filter, registration and scan matching in the browser, the latter also on the
+//! log beside this package's manifest, if there is one. It judges nothing, and is only run when it
+//! is named: by `cargo xtask report browser-cost`.
 #![cfg(target_family = "wasm")]
 #![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 
@@ -17,14 +17,14 @@ fn browser_cost() {
     }
 }
 
-/// `performance.now()`, which counts finer than `Date.now()`.
+/// `performance.now()`, which has a finer resolution than `Date.now()`.
 fn now_ms() -> f64 {
     let performance = Reflect::get(&js_sys::global(), &"performance".into()).unwrap();
     let now: Function = Reflect::get(&performance, &"now".into()).unwrap().into();
     now.call0(&performance).unwrap().as_f64().unwrap()
 }
 
-/// What xtask has put where the test's server finds it.
+/// The log that xtask has put where the test's server finds it.
 fn log() -> Option<Vec<u8>> {
     let read = "(() => {
         const request = new XMLHttpRequest();

@@ -1,4 +1,4 @@
-//! Whoever leans on a key touches nothing.
+//! A person who holds a key down touches nothing.
 #![cfg(not(target_family = "wasm"))]
 #![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 
@@ -7,8 +7,8 @@ use slamlab_core::pilot::Mode;
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{SensorModel, worlds};
 
-/// Explores for so many steps, then drives by hand, straight and in curves, at full speed and for
-/// long.
+/// Explores for some steps, then drives by hand for a long time, straight and in curves, at full
+/// speed.
 fn contacts_by_hand(world: &str, explored_steps: usize) -> u32 {
     let world = worlds::builtin(world).expect("a built-in world");
     let robot = RobotModel::rp6();

@@ -1,9 +1,9 @@
 //! Real lidars turn clockwise: their bearings fall while time rises. Everything that takes scans
-//! must do with that.
+//! must handle that.
 //!
-//! Seen in a mirror, a lidar that turns counter-clockwise turns clockwise. So a run of the
-//! simulated robot, mirrored (y, angles and turns change sign, the order in time does not), is a
-//! run with a real lidar in the mirrored world, and has to be estimated as well as the run itself.
+//! Mirrored, a lidar that turns counter-clockwise turns clockwise. So a mirrored run of the
+//! simulated robot (y, angles and turns change sign, the order in time does not) is a run with a
+//! real lidar in the mirrored world, and must be estimated as well as the run itself.
 #![cfg(not(target_family = "wasm"))] // nothing here depends on the platform
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
@@ -35,8 +35,8 @@ fn mirrored_scan(scan: &Scan) -> Scan {
     }
 }
 
-/// Drives round in `arena` for a minute; gives the errors of the last poses, the run as it is and
-/// mirrored, m.
+/// Drives around in `arena` for a minute; returns the errors of the last poses, in the original run
+/// and in the mirrored one, m.
 fn errors(method: Method) -> [f64; 2] {
     let world = worlds::builtin("arena").unwrap();
     let map_from_world = world.start.inverse();

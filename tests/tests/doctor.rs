@@ -23,7 +23,7 @@ fn examine_plugged<D: Device>(device: D, faults: Faults) -> Finding {
     examine(&Socket::plugged_with(device, faults).unwrap().path())
 }
 
-/// One problem, which says all of this.
+/// Exactly one problem, whose text contains all of this.
 fn assert_names(finding: &Finding, kind: Option<&str>, words: &[&str]) {
     assert_eq!(finding.kind.map(|kind| kind.name), kind, "{finding}");
     assert_eq!(finding.problems.len(), 1, "{finding}");
@@ -43,7 +43,7 @@ fn a_healthy_rplidar_is_known_and_measured() {
         assert_eq!(finding.kind.map(|kind| kind.name), Some("rplidar"));
         assert!(finding.model.starts_with("RPLIDAR A1M8"));
         assert_eq!(finding.measured.beams, 360);
-        // Paced by the clock of this machine, which others load.
+        // Timed by the clock of this machine, which others load.
         let rate = finding.measured.scans_per_second;
         assert!((3.0..7.0).contains(&rate), "{rate} scans/s");
         assert!(finding.to_string().contains("--source rplidar:"));
@@ -123,7 +123,7 @@ fn silence_is_named() {
     });
 }
 
-/// A device that speaks at a rate that none of ours has.
+/// A device with a baud rate that none of ours has.
 struct Foreign;
 
 impl Device for Foreign {

@@ -7,7 +7,7 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// What a module may import, beside itself.
+/// What a module may import besides itself.
 enum Imports {
     These(&'static [&'static str]),
     AllBefore,
@@ -102,7 +102,7 @@ const MAY_IMPORT: [(&str, Imports); 28] = [
     ),
 ];
 
-/// Whether `importer` may import `imported`; `None` where the table does not know the importer.
+/// Whether `importer` may import `imported`; `None` if the table does not know the importer.
 fn may_import(importer: &str, imported: &str) -> Option<bool> {
     if importer == "lib" {
         return Some(false);
@@ -133,8 +133,8 @@ fn modules_of_core_import_only_what_stands_before_them() {
     );
 }
 
-/// `file:line: a imports b` for each import that the table does not allow, tests and doc comments
-/// aside.
+/// `file:line: a imports b` for each import that the table does not allow, except in tests and doc
+/// comments.
 fn violations(src: &Path, file: &Path) -> Vec<String> {
     let shown = file.strip_prefix(src).unwrap_or(file);
     let importer = shown
@@ -181,8 +181,8 @@ fn imports(text: &str) -> Vec<(usize, &str)> {
     found
 }
 
-/// Where the items stand that are for tests only; those may use what comes later, for instance to
-/// make scans. An item ends at its semicolon or with its outermost braces.
+/// Where the items are that are for tests only; those may use later modules, for instance to make
+/// scans. An item ends at its semicolon or with its outermost braces.
 fn test_items(text: &str) -> Vec<Range<usize>> {
     text.match_indices("#[cfg(test)]")
         .map(|(start, _)| {
@@ -239,7 +239,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// Files of tests may use what comes later, as items of tests may.
+/// Files of tests may use later modules, as items of tests may.
 fn is_for_tests(path: &Path) -> bool {
     let ends = |name: &std::ffi::OsStr| name.to_string_lossy().ends_with("tests");
     path.file_stem().is_some_and(ends) || path.parent().and_then(Path::file_name).is_some_and(ends)

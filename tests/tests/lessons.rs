@@ -1,4 +1,4 @@
-//! Lessons are headless runs: each fails as it is given, and a mend that a person can find passes.
+//! Lessons are headless runs: each fails as given, and passes with a mend that a person can find.
 
 #![cfg(not(target_family = "wasm"))]
 // A test binary has no public interface, and failing is its trade.
@@ -11,7 +11,7 @@ use slamlab_core::lesson::{Grade, LESSONS, Lesson};
 use slamlab_core::sim::reachable_area;
 use slamlab_core::slam::Method;
 
-/// What mends each: another method, settings.
+/// What mends each lesson: another method, settings.
 type Mend = (&'static str, Option<Method>, &'static [(&'static str, f64)]);
 
 const MENDS: &[Mend] = &[

@@ -1,5 +1,6 @@
-//! A robot at a port of the program that drives it: rules, device and driver in one, in simulated
-//! time, against a robot that speaks the protocol. What the bridge promises holds here too.
+//! A robot at a serial port of the program that drives it: rules, device and driver in one, in
+//! simulated time, against a robot that speaks the protocol. What the bridge promises also holds
+//! here.
 #![cfg(not(target_family = "wasm"))] // the device at the other end is native
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
@@ -20,7 +21,7 @@ struct Cable {
     bridge: LocalBridge,
     robot: devices::Rp6,
     seconds: f64,
-    /// Nobody listens to the driver any more.
+    /// The driver's messages are no longer read.
     is_driver_gone: bool,
     is_cut: bool,
 }
@@ -91,7 +92,7 @@ impl Cable {
         }
     }
 
-    /// Drives ahead for a while.
+    /// A robot that has been driving ahead for a while.
     fn driving() -> Self {
         let mut cable = Self::new();
         cable.run(2.0);
@@ -111,7 +112,7 @@ impl Cable {
         last.is_some_and(|(_, command)| command.moves())
     }
 
-    /// Seconds until it is commanded to stand; at most `longest`.
+    /// Time until it is commanded to stand, s; at most `longest`.
     fn until_it_stands(&mut self, longest: f64) -> f64 {
         let begin = self.seconds;
         while self.is_told_to_move() && self.seconds - begin < longest {
@@ -130,7 +131,7 @@ fn nothing_moves_before_the_wheel_is_taken() {
     assert!(!cable.robot.was_told_to_move());
 }
 
-/// The lease is granted after the Stop was pressed: it arms nothing any more.
+/// The lease is granted after Stop was pressed: it must not arm any more.
 #[test]
 fn a_stop_overtakes_the_arming_that_waits_for_its_lease() {
     let stops: [fn(&mut Live, u64); 3] = [Live::stop, Live::emergency_stop, Live::release_lease];
@@ -165,7 +166,7 @@ fn a_driver_who_falls_silent_stops_the_robot_within_a_quarter_of_a_second() {
     cable.is_driver_gone = true;
     let after = cable.until_it_stands(2.0);
     assert!(after <= 0.25, "{after} s");
-    // The lease has run out meanwhile: whoever comes back has to take the wheel again.
+    // The lease has expired meanwhile: a driver who comes back has to take it again.
     cable.run(2.5);
     cable.is_driver_gone = false;
     cable.run(3.0);
@@ -188,7 +189,7 @@ fn stop_and_emergency_stop_reach_the_robot_at_once() {
     }
 }
 
-/// Whoever maps plans or fits for a while: what the person says goes past it.
+/// The mapping program plans or fits for a while: the person's commands do not wait for it.
 #[test]
 fn stop_does_not_wait_for_who_maps() {
     for cut_off in [false, true] {
@@ -206,7 +207,8 @@ fn stop_does_not_wait_for_who_maps() {
     }
 }
 
-/// Whoever comes while the motors are cut off has no right to drive yet, and needs it to undo that.
+/// A client that connects while the motors are cut off has no right to drive yet, and needs it to
+/// undo that.
 #[test]
 fn an_emergency_stop_is_undone_by_who_comes_later_and_nothing_moves_by_that() {
     let mut cable = Cable::driving();

@@ -1,5 +1,5 @@
-//! Tests with sockets, serial lines and files, in one program: each would be linked with core and
-//! bridge again.
+//! Tests with sockets, serial lines and files, in one program: separate ones would each have to be
+//! linked with core and bridge.
 #![cfg(not(target_family = "wasm"))]
 #![allow(missing_docs)] // a test binary has no public interface
 

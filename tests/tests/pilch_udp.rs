@@ -1,6 +1,6 @@
-//! The UDP server of Pilch's protocol as a plain script meets it: bytes written by hand after the
-//! published layout, no code shared with the server. And the bridge's own client
-//! (`--source udp:HOST`) at that server.
+//! The UDP server of Pilch's protocol as seen by a plain script: bytes written by hand from the
+//! published layout, with no code shared with the server. And the bridge's own client
+//! (`--source udp:HOST`) with that server.
 #![cfg(unix)]
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
@@ -26,12 +26,12 @@ impl Client {
         self.socket.send_to(bytes, self.server).unwrap();
     }
 
-    /// The first datagram that begins so.
+    /// The first datagram that begins with these bytes.
     fn wait(&self, head: &[u8]) -> Vec<u8> {
         let until = Instant::now() + Duration::from_secs(10);
         let (mut buffer, mut others) = ([0; 65_536], vec![]);
         while Instant::now() < until {
-            // Beats, as the source's client does, only oftener.
+            // Heartbeats, as sent by the source's client, only more often.
             self.send(&[0xFF, 2]);
             if let Ok((length, from)) = self.socket.recv_from(&mut buffer) {
                 assert_eq!(from, self.server);
@@ -202,7 +202,7 @@ fn a_lidar_behind_our_server_is_a_source_like_any_other() {
         let view = View::from_start(&worlds::builtin("arena").unwrap());
         let lidar = Socket::plugged(Rplidar::new(view.clone())).unwrap();
         let (port, client_port) = (free_port(), free_port());
-        // The server comes later than its client, goes, and comes back.
+        // The server starts later than its client, stops, and comes back.
         let mut ear = Ear::new(&lidar.path(), port, client_port);
         ear.state(DeviceState::Fault, "no lidar server answers");
         for _ in 0..2 {

@@ -1,4 +1,5 @@
-//! Whole runs, in one program: natively, and what must have the same bits in the browser there too.
+//! Whole runs, in one program: those that run only natively, and those that must also have the same
+//! bits in the browser.
 #![allow(missing_docs)] // a test binary has no public interface
 
 mod clockwise_lidar;

@@ -1,8 +1,8 @@
 //! The same run gives the same bits natively and in the browser: this file runs in both.
 //!
-//! Each run is held to one number: the hash of all the state it ends in. When the algorithms
-//! change, so do the numbers. `tests/same_run.sh` writes the new ones, as found natively, into
-//! `same_run.txt`; the browser must then agree.
+//! Each run is compared with one number: the hash of its whole final state. When the algorithms
+//! change, so do the numbers. `tests/same_run.sh` writes the new native ones into `same_run.txt`;
+//! the browser must then agree.
 #![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Link};
@@ -56,7 +56,7 @@ fn exploring_by_lidar_with_scan_matching_is_the_same_run_everywhere() {
     check("lidar-scan-matching", run.state_hash());
 }
 
-/// The link was made by the page, of a run in a world that it was given as a file; `link.test.ts`
+/// The page made the link, from a run in a world that it was given as a file; `link.test.ts`
 /// follows it there.
 #[test]
 fn a_run_in_a_drawn_world_is_done_again_by_its_link_everywhere() {

@@ -1,5 +1,5 @@
 //! Lidars on pseudo-terminals, through the bridge's own threads: scans equal to what the world
-//! gives, and every way in which a line goes wrong.
+//! gives, and every way in which a line can fail.
 #![cfg(unix)]
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
@@ -26,11 +26,11 @@ fn view() -> View {
     View::from_start(&worlds::builtin("arena").unwrap())
 }
 
-/// How long anything may take, s: the machine may be loaded. How long it does take is for the
-/// reports.
+/// Timeout for anything, s, because the machine may be loaded. How long it really takes is measured
+/// by the reports.
 const PATIENCE: u64 = 60;
 
-/// A source at work, and what it said.
+/// A source at work, and what it reported.
 struct Ear {
     running: Option<Running>,
     events: mpsc::Receiver<(u8, SourceEvent)>,
@@ -88,7 +88,7 @@ impl Ear {
         })
     }
 
-    /// Waits for a state; gives the sentence that came with it.
+    /// Waits for a state; returns the sentence that came with it.
     fn state(&mut self, wanted: DeviceState) -> String {
         self.wait(PATIENCE, |event| match event {
             SourceEvent::Device { state, detail, .. } if *state == wanted => Some(detail.clone()),
@@ -96,7 +96,7 @@ impl Ear {
         })
     }
 
-    /// Waits for a report with this state, in these words. On a loaded machine a device may stutter
+    /// Waits for a report with this state and these words. On a loaded machine a device may stutter
     /// before.
     fn expect(&mut self, wanted: DeviceState, words: &[&str]) {
         self.wait(PATIENCE, |event| match event {
@@ -125,8 +125,8 @@ fn brief(event: &SourceEvent) -> String {
     }
 }
 
-/// Every beam that hit something is what the world gives in its direction, to the resolution of the
-/// wire.
+/// Every beam that hit something equals what the world gives in its direction, to the resolution of
+/// the wire protocol.
 fn assert_equals_world(scan: &Scan, view: &View, resolution: f64) {
     scan.validate().unwrap();
     let mut hits = 0;
@@ -156,7 +156,7 @@ fn an_rplidar_gives_what_the_world_gives() {
                 let scan = ear.scan();
                 assert_eq!(scan.len(), beams, "{kind}");
                 assert_equals_world(&scan, &view(), resolution);
-                // 180 ms a turn, by the readings' own figures.
+                // 180 ms per revolution, by the readings' own figures.
                 assert!((scan.sweep - 0.18 * (beams - 1) as f64 / beams as f64).abs() < 1e-6);
                 if let Some(last) = last {
                     let apart: f64 = scan.stamp.since(last);
@@ -164,7 +164,7 @@ fn an_rplidar_gives_what_the_world_gives() {
                 }
                 last = Some(scan.stamp);
             }
-            // The bridge ends: the lidar is stopped.
+            // When the bridge ends, it stops the lidar.
             ear.running = None;
             assert_eq!(
                 socket.with(|lidar| lidar.asked.last().copied()),
@@ -234,7 +234,7 @@ fn a_pulled_cable_is_noticed_and_a_new_one_found() {
         for pull in [Socket::pull, Socket::pull_in_the_middle] {
             ear.scan();
             pull(&socket);
-            // Whoever drives is disarmed by this; how soon, `cargo xtask report faults` measures.
+            // This disarms the driver; `cargo xtask report faults` measures how soon.
             ear.link(LinkState::Down);
             let why = ear.state(DeviceState::Waiting);
             assert!(
@@ -272,7 +272,7 @@ fn a_line_that_flips_one_bit_of_a_thousand_still_gives_scans() {
         socket.set_faults(faults);
         let mut ear = Ear::ld06(socket.path());
         for _ in 0..10 {
-            // CRC-8 lets one damaged packet of 256 through: all but a few beams must be right.
+            // CRC-8 lets one in 256 damaged packets through: all but a few beams must be right.
             assert_mostly_right(&ear.scan(), 1e-3, 0.02);
         }
         let socket = Socket::plugged(devices::Rplidar::new(view())).unwrap();
@@ -280,7 +280,8 @@ fn a_line_that_flips_one_bit_of_a_thousand_still_gives_scans() {
         ear.scan();
         socket.set_faults(faults);
         for _ in 0..10 {
-            // A node has three check bits; of its other 37, 3.6 of 100 nodes have one wrong.
+            // A node has three check bits; of every 100 nodes, 3.6 have one of the other 37 bits
+            // wrong.
             assert_mostly_right(&ear.scan(), 0.25e-3, 0.08);
         }
     });
@@ -322,11 +323,11 @@ fn each_fault_of_an_rplidar_is_named_with_its_cure() {
         });
         let mut ear = Ear::rplidar(socket.path());
         ear.expect(DeviceState::Fault, &["does not answer", "TX and RX"]);
-        // And it ends by itself.
+        // And the fault ends by itself.
         socket.set_faults(Faults::default());
         ear.scan();
 
-        // An LD06 where an RPLIDAR should be: bytes, but at another rate.
+        // An LD06 instead of an RPLIDAR: bytes, but at another rate.
         let socket = Socket::plugged(devices::Ld06::new(view())).unwrap();
         Ear::rplidar(socket.path())
             .expect(DeviceState::Fault, &["wrong baud rate or another device"]);

@@ -1,5 +1,5 @@
 //! An RP6 on a pseudo-terminal, through the bridge's own threads: odometry against truth, and above
-//! all that it stands whenever something between the driver and the motors fails.
+//! all that it stops whenever something between the driver and the motors fails.
 #![cfg(unix)]
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
@@ -27,15 +27,15 @@ fn robot() -> devices::Rp6 {
     devices::Rp6::new(worlds::builtin("arena").unwrap()).unwrap()
 }
 
-/// How long anything may take, s: the machine may be loaded. How long it does take is for the
-/// reports.
+/// Timeout for anything, s, because the machine may be loaded. How long it really takes is measured
+/// by the reports.
 const PATIENCE: f64 = 60.0;
 
-/// A source at work, and what it said.
+/// A source at work, and what it reported.
 struct Driver {
     running: Option<Running>,
     events: mpsc::Receiver<(u8, SourceEvent)>,
-    /// Odometry joined together, in the frame where the link came up.
+    /// Accumulated odometry, in the frame where the link came up.
     pose: Pose2,
 }
 
@@ -52,7 +52,7 @@ impl Driver {
     }
 
     fn order(&self, order: Order) {
-        // Nobody here asks which order a report came after.
+        // These tests do not ask which order a report follows.
         self.running.as_ref().unwrap().order(0, order);
     }
 
@@ -97,13 +97,13 @@ impl Driver {
         })
     }
 
-    /// Up, and the calm that a robot that came back wants.
+    /// Waits until the link is up, and for the pause that a robot needs after coming back.
     fn up(&mut self) {
         self.link(LinkState::Up);
         std::thread::sleep(Duration::from_millis(350));
     }
 
-    /// Gives an order again and again, as somebody who holds a key down.
+    /// Repeats an order, like a person who holds a key down.
     fn hold(&mut self, order: Order, seconds: f64) {
         let until = Instant::now() + Duration::from_secs_f64(seconds);
         while Instant::now() < until {
@@ -118,7 +118,7 @@ fn is_moving(socket: &Socket<devices::Rp6>) -> bool {
     socket.with(|robot| robot.is_moving())
 }
 
-/// How long it still moves, s; it must not for ever.
+/// How long it still moves, s; it must stop at some time.
 fn time_to_stand(socket: &Socket<devices::Rp6>) -> f64 {
     let began = Instant::now();
     while is_moving(socket) {
@@ -151,12 +151,12 @@ fn odometry_is_that_of_the_robots_own_counts() {
         while driver.hear().is_some() {}
         let ([left, right], model) =
             socket.with(|robot| (robot.simulation().ticks(), *robot.simulation().robot()));
-        // The wire has whole millimetres.
+        // The wire protocol has whole millimetres.
         let track_width = (model.track_width * 1e3).round() * 1e-3;
         let turned = (right - left) as f64 * model.metres_per_tick / track_width;
         assert!(driver.pose.x() > 0.1, "{:?}", driver.pose);
-        // Between the last telemetry and the look at its counts the robot may still settle by a
-        // count or two.
+        // Between the last telemetry and reading its counts the robot may still settle by a count
+        // or two.
         let settling = 3.0 * model.metres_per_tick / track_width;
         assert!(
             (driver.pose.heading() - turned).abs() < settling,
@@ -199,8 +199,8 @@ fn robot_and_lidar_are_on_one_clock() {
                 Err(_) => std::thread::sleep(Duration::from_millis(2)),
             }
         }
-        // As they came at the same time, they were taken at about the same: a period of telemetry,
-        // and a stutter.
+        // Since they arrived at the same time, they were taken at about the same time: within a
+        // period of telemetry, and a stutter.
         apart.sort_by(f64::total_cmp);
         let median = apart[apart.len() / 2];
         assert!(
@@ -271,8 +271,8 @@ fn it_stands_when_the_driver_falls_silent() {
         driver.up();
         driver.hold(FORWARD, 0.8);
         assert!(is_moving(&socket));
-        // No further order: the source's own stop, for signs of life would keep the firmware's
-        // watchdog content.
+        // No further order: the source itself stops the robot, because its heartbeats would keep
+        // the firmware's watchdog satisfied.
         let stood = time_to_stand(&socket);
         assert!(stood < 1.0, "{stood} s");
     });
@@ -289,13 +289,13 @@ fn it_stands_when_the_cable_is_pulled_and_comes_back_disarmed() {
             assert!(is_moving(&socket));
             pull(&socket);
             driver.link(LinkState::Down);
-            // Somebody holds the key down all the while.
+            // A person holds the key down all the while.
             driver.hold(FORWARD, 0.3);
             socket.plug();
             driver.hold(FORWARD, 3.0);
             assert!(!socket.with(|robot| robot.was_told_to_move()));
             assert!(!is_moving(&socket));
-            // Let go, then press again: that is meant.
+            // Release, then press again: that is a deliberate start.
             std::thread::sleep(Duration::from_millis(400));
             driver.hold(FORWARD, 0.8);
             assert!(is_moving(&socket));
@@ -315,7 +315,7 @@ fn a_robot_that_starts_anew_stands_until_the_key_is_let_go() {
         driver.up();
         driver.hold(FORWARD, 0.8);
         assert!(is_moving(&socket));
-        // Reset: the line stays open.
+        // A reset: the line stays open.
         socket.with(devices::Device::power_on);
         let until = Instant::now() + Duration::from_secs(2);
         let mut was_up = false;
@@ -398,7 +398,7 @@ fn a_line_that_flips_one_bit_of_a_thousand_still_drives_and_stops() {
             SourceEvent::Link(link) => (link.damaged > 0).then_some(link.damaged),
             _ => None,
         });
-        // 150 telemetries of about 34 bytes in 3 s: 2 to 60 of them damaged.
+        // 150 telemetry frames of about 34 bytes in 3 s: 2 to 60 of them damaged.
         assert!((1..100).contains(&damaged), "{damaged}");
     });
 }

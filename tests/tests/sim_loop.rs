@@ -45,7 +45,7 @@ fn lidar_explores(name: &str, seed: u64) {
     assert_eq!(figures.contacts.total(), 0, "{said}");
     assert!(figures.position_error < 0.10, "{said}");
     assert!(figures.heading_error.to_degrees() < 2.0, "{said}");
-    // One run's mean scatters widely around 3: what lies beyond this is a broken filter.
+    // The mean of a single run scatters widely around 3: beyond this, the filter is broken.
     assert!(figures.nees_mean.is_some_and(|n| n < 8.0), "{said}");
 }
 
@@ -59,15 +59,16 @@ fn lidar_explores_rooms_with_doors_to_their_end() {
     lidar_explores("doors", 1);
 }
 
-/// Walls 2 m apart, seen at flat angles from 12 m: while each sweep was placed by odometry alone
-/// they leaked, new frontiers came up for ever, and the robot still drove to and fro after an hour.
+/// A regression: walls 2 m apart, seen at flat angles from 12 m, leaked while each sweep was placed
+/// by odometry alone. New frontiers appeared for ever, and the robot still drove to and fro after
+/// an hour.
 #[test]
 fn lidar_explores_a_bare_corridor_to_its_end() {
     lidar_explores("corridor", 1);
 }
 
-/// As in the corridor; and later the exploration ended with half of the ring unknown, because a
-/// frontier behind a corner had been the target too often before the robot came to see it.
+/// A regression, as in the corridor; and later the exploration ended with half of the ring unknown,
+/// because a frontier behind a corner had been the target too often before the robot saw it.
 #[test]
 fn lidar_explores_a_ring_to_its_end() {
     lidar_explores("loop", 7);
@@ -89,8 +90,8 @@ fn rangers_bring_the_robot_near_its_goal() {
             matches!(experiment.session().status(), Status::Finished(_)),
             "{said}"
         );
-        // Of 120 errands the worst ended 0.37 m off; what the robot says of that is held by the
-        // NEES.
+        // Of 120 errands the worst ended 0.37 m off; whether the robot knows its error is checked
+        // by the NEES.
         assert!(off < 0.40, "{said}");
         assert_eq!(figures.contacts.total(), 0, "{said}");
         nees.extend(figures.nees_mean);
@@ -99,7 +100,7 @@ fn rangers_bring_the_robot_near_its_goal() {
     assert!(mean > 0.5 && mean < 6.0, "mean NEES {mean}, 3 is honest");
 }
 
-/// A SICK that sees nothing says its greatest range: that is free room, not a wall.
+/// A SICK that sees nothing reports its greatest range: that is free space, not a wall.
 #[test]
 fn greatest_range_of_a_sick_is_no_wall() {
     let mut world = worlds::builtin("corridor").unwrap();

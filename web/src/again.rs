@@ -1,4 +1,4 @@
-//! A run from its beginning, on the way to an earlier moment.
+//! Starts a run over, on the way back to an earlier moment.
 
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -7,11 +7,11 @@ use crate::run::{RunError, Simulated, Source, WebRun};
 
 #[wasm_bindgen]
 impl WebRun {
-    /// The same run from its beginning. A simulation does again, each at its time, what was done to
-    /// it, until something else is done; a recording is mapped with the settings that hold now.
+    /// The same run from its beginning. A simulation repeats the actions that were done to it, each
+    /// at its time, until a new action is done; a recording is mapped with the present settings.
     ///
     /// # Errors
-    /// If the run is a real robot's, or something was done to it that cannot be done again.
+    /// If the run is a real robot's, or some action cannot be repeated.
     pub fn again(&self) -> Result<Self, WebError> {
         let source = match &self.source {
             Source::Simulation(sim) => Source::Simulation(Box::new(Simulated {

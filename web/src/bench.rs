@@ -1,4 +1,4 @@
-//! The drive controller on a bench, for the page: a step and a load, with the controller and
+//! The drive controller on a test bench, for the page: a step and a load, with the controller and
 //! without.
 
 use serde::{Deserialize, Serialize};
@@ -8,22 +8,22 @@ use tsify::Tsify;
 
 use crate::border::{Float64Array, WebError};
 
-/// Samples of the controller for each one that the page draws.
+/// One in this many samples of the controller is drawn by the page.
 const EVERY: usize = 10;
 
-/// What is asked of the motors on the bench.
+/// A trial on the bench.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct BenchTrial {
-    /// Wished speed as a part of the robot's highest.
+    /// Commanded speed as a fraction of the robot's highest.
     pub forward: f64,
-    /// Part by which the right motor's magnet is stronger than the controller believes.
+    /// By what fraction the right motor's magnet is stronger than the controller believes.
     pub mismatch: f64,
     /// Pull back on the left track, N.
     pub pull: f64,
-    /// When it comes on, s.
+    /// When the pull begins, s.
     pub pull_at: f64,
-    /// How long it takes, s.
+    /// Duration of the trial, s.
     pub seconds: f64,
 }
 
@@ -32,17 +32,17 @@ pub struct BenchTrial {
 pub struct BenchResponse {
     /// Time, s.
     pub seconds: Float64Array,
-    /// Wished speed of the tracks, m/s.
+    /// Commanded speed of the tracks, m/s.
     pub wished: Float64Array,
-    /// Speeds of left and right track with the controller, then without, m/s: four series one after
-    /// the other.
+    /// Speeds of left and right track with the controller, then without, m/s: four consecutive
+    /// series.
     pub speeds: Float64Array,
-    /// Heading less the wished one with the controller, then without, rad.
+    /// Heading minus the commanded one with the controller, then without, rad.
     pub headings: Float64Array,
 }
 
 impl BenchResponse {
-    /// # Errors    No controller for the robot's figures, or motors that cannot be.
+    /// # Errors    No controller can be designed for the robot, or its motors are invalid.
     pub(crate) fn of(robot: &RobotModel, ask: BenchTrial) -> Result<Self, WebError> {
         let mut trial = Trial::straight(robot, ask.forward * robot.max_speed, ask.seconds);
         trial.motors.right = trial.motors.right.with_stronger_magnet(ask.mismatch);

@@ -1,4 +1,4 @@
-//! Maps to be found in, as they cross.
+//! Prior maps, as they cross to the page and back.
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -9,31 +9,31 @@ use tsify::Tsify;
 
 use crate::border::{Float64Array, WebError};
 
-/// How far off a person may place a robot in a map, m and rad: standard deviations.
+/// σ with which a person places a robot in a map, m and rad.
 const PLACED_SIGMAS: [f64; 2] = [0.1, 0.05];
 
-/// A map to be found in, in the frame of its file; m and rad.
+/// A prior map, in the frame of its file; m and rad.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct PriorMapSetup {
     /// For people.
     pub name: String,
-    /// x1 y1 x2 y2 of each face; what is free lies to its left.
+    /// x1 y1 x2 y2 of each face; free space lies to its left.
     pub faces: Float64Array,
-    /// How far they may be off: standard deviation.
+    /// Standard deviation of the faces.
     pub sigma: f64,
-    /// Where the robot begins in it: x, y, heading.
+    /// Where the robot begins in the map: x, y, heading.
     pub start: [f64; 3],
-    /// Whether it may begin anywhere instead, and is to find out where.
+    /// Whether the robot may begin anywhere instead, and has to find out where.
     pub anywhere: bool,
 }
 
-/// A map to be found in as its file shows it.
+/// A prior map as its file shows it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct PriorMapFile {
     /// The map.
     pub prior_map: PriorMapSetup,
-    /// What of the file is not in it, in words.
+    /// What was left out of the file, in words.
     pub skipped: Vec<String>,
 }
 
@@ -58,7 +58,7 @@ impl PriorMapFile {
 }
 
 impl From<&PriorMapSetup> for PriorMap {
-    /// What is no number makes no line.
+    /// Faces whose coordinates are not finite are dropped.
     fn from(prior_map: &PriorMapSetup) -> Self {
         let point = |x, y| Point2::new(x, y);
         let face = |c: &[f64; 4]| Segment::new(point(c[0], c[1]), point(c[2], c[3]));

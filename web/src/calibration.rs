@@ -27,15 +27,15 @@ pub struct Calibration {
     pub ranges: Float64Array,
     /// Volts of the pairs.
     pub volts: Float64Array,
-    /// Fitted less true range of each pair.
+    /// Fitted minus true range of each pair.
     pub residuals: Float64Array,
     /// Spread of the pairs about the curve, m.
     pub sigma: f64,
-    /// Volts at which the curve turns round; NaN where it falls all along.
+    /// Voltage at which the curve changes direction; NaN if it falls everywhere.
     pub reverses_at: f64,
-    /// Lowest and highest volts: beyond, volts are clamped.
+    /// Lowest and highest voltage; beyond them, voltages are clamped.
     pub domain: [f64; 2],
-    /// Volts of the curve, somewhat beyond the domain.
+    /// Voltages of the curve, somewhat beyond the domain.
     pub curve_volts: Float64Array,
     /// Its ranges.
     pub curve_ranges: Float64Array,
@@ -43,7 +43,7 @@ pub struct Calibration {
 
 /// Fits a characteristic to pairs.
 ///
-/// # Errors    A sentence with line and field of what is wrong.
+/// # Errors    A sentence on what is wrong, with line and field.
 #[wasm_bindgen]
 pub fn calibrate(pairs: &Ts<Pairs>) -> Typed<Calibration> {
     let Pairs { text, variable } = pairs.to_rust()?;

@@ -15,11 +15,11 @@ use crate::border::{
 use crate::run::{Source, WebRun};
 use crate::view;
 
-/// Why a contest cannot be asked for.
+/// Why a contest cannot be held.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AskError {
-    /// No true walls to plan among.
+    /// There are no true walls to plan among.
     #[error("only a simulation knows the true walls: choose the map")]
     NoTruth,
 }
@@ -31,34 +31,34 @@ crate::border::kinds! { Question: AskError; }
 pub struct ContestAsk {
     /// Where they search.
     pub ground: Ground,
-    /// x y of the start, of the goal, map frame, m.
+    /// x y of the start, then of the goal, map frame, m.
     pub ends: [f64; 4],
     /// Time of each planner, s.
     pub seconds: f64,
 }
 
-/// How all planners stand; map frame, m and s.
+/// The state of all planners; map frame, m and s.
 #[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct ContestState {
     /// What they were asked.
     pub ask: ContestAsk,
-    /// Width of the disc around the robot: what all but `outline` plan for.
+    /// Diameter of the disc around the robot, which all planners but `outline` use.
     pub disc: f64,
-    /// Each of them; `outline` only for a robot that is no disc.
+    /// The state of each planner; `outline` only for a robot that is not a disc.
     pub entrants: Vec<Entrant>,
-    /// What lengths are held against; NaN while there is no path.
+    /// Length that the others are compared with; NaN while there is no path.
     pub shortest: f64,
-    /// There is no shorter path.
+    /// It is proved that there is no shorter path.
     pub is_optimum: bool,
-    /// Whose tree this is: a place in `entrants`.
+    /// Whose tree this is: an index into `entrants`.
     pub watched: u32,
-    /// x1 y1 x2 y2 of what it tried.
+    /// x1 y1 x2 y2 of each leg or step that it tried.
     pub tree: Float32Array,
 }
 
-/// How one planner stands.
+/// The state of one planner.
 #[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
@@ -67,34 +67,34 @@ pub struct Entrant {
     pub planner: PlannerName,
     /// As people call it.
     pub title: String,
-    /// It has nothing left to do.
+    /// It has finished.
     pub is_over: bool,
     /// The straight line was free.
     pub is_straight: bool,
     /// Length of its path; NaN without one.
     pub length: f64,
-    /// Over the shortest.
+    /// Its length over the shortest.
     pub ratio: f64,
     /// Time taken.
     pub seconds: f64,
-    /// Points drawn, cells expanded, legs checked.
+    /// Points drawn, cells expanded or legs checked.
     pub iterations: f64,
-    /// Legs of trees, steps over cells, legs of the graph.
+    /// Legs of trees, steps over cells or legs of the graph.
     pub tried: f64,
     /// Why it has no path.
     pub reason: Option<NoPathReason>,
-    /// Why it left the rooms on the way, whether it has a path or not.
+    /// Why the planner over rooms gave up searching by rooms, whether it has a path or not.
     pub left_rooms: Option<String>,
     /// x y of the corners of its best path.
     pub path: Float32Array,
-    /// Time taken and length, whenever that became shorter.
+    /// Time taken and length, at each improvement.
     pub curve: Float64Array,
 }
 
 /// Why there is no path.
 #[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 pub struct NoPathReason {
-    /// Which reason.
+    /// The kind of reason.
     pub kind: NoPathKind,
     /// In words.
     pub text: String,
@@ -109,35 +109,35 @@ impl From<NoPath> for NoPathReason {
     }
 }
 
-/// Planners that search the same path; map frame, m and s.
+/// Planners that search for the same path; map frame, m and s.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct WebContest {
     contest: Contest,
     ask: ContestAsk,
-    /// Width of the disc around the robot, m.
+    /// Diameter of the disc around the robot, m.
     disc: f64,
 }
 
 #[wasm_bindgen]
 impl WebContest {
-    /// One turn of one planner; whether there was anything to do.
+    /// One turn of one planner; returns whether there was anything to do.
     pub fn step(&mut self) -> bool {
         self.contest.step()
     }
 
-    /// How long that took, s.
+    /// Reports how long the last turn took, s.
     pub fn took(&mut self, seconds: f64) {
         self.contest.took(seconds);
     }
 
-    /// Whether nobody has anything left to do.
+    /// Whether all planners have finished.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.contest.is_over()
     }
 
-    /// How all stand, with the tree of the one at place `watched`.
+    /// The state of all planners, with the tree of the one at index `watched`.
     ///
     /// # Errors    None that a page can cause.
     pub fn state(&self, watched: u32) -> Typed<ContestState> {
@@ -187,7 +187,7 @@ impl WebContest {
 impl WebRun {
     /// All planners on one query.
     ///
-    /// # Errors    A sentence on start, goal or ground that cannot be.
+    /// # Errors    A sentence on an invalid start, goal or ground.
     pub fn contest(&self, ask: &Ts<ContestAsk>) -> Result<WebContest, WebError> {
         let ask = ask.to_rust()?;
         let [x0, y0, x1, y1] = ask.ends;
@@ -216,7 +216,7 @@ impl WebRun {
 }
 
 impl WebRun {
-    /// The true walls, doors as they are now, in the map frame.
+    /// The true walls, with doors as they are now, in the map frame.
     fn true_walls(&self) -> Result<Vec<Segment>, AskError> {
         let Source::Simulation(sim) = &self.source else {
             return Err(AskError::NoTruth);

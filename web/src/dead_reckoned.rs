@@ -1,4 +1,4 @@
-//! The map that the wheels alone would have drawn, flattened for the page.
+//! The map that dead reckoning alone would have drawn, flattened for the page.
 
 use serde::{Deserialize, Serialize};
 use tsify::Tsify;
@@ -8,13 +8,13 @@ use crate::border::{Typed, typed};
 use crate::run::{Source, WebRun};
 use crate::view::GridChange;
 
-/// That map where it changed; its frame is that of the map.
+/// That map where it changed; its frame is the map frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]
 pub struct DeadReckonedChange {
     /// The map is never redrawn: always 0.
     pub generation: u32,
-    /// Hand it in next time to get what changed since.
+    /// Pass it to the next call to get what changed since.
     pub revision: f64,
     /// Blocks that changed.
     pub grid: Option<GridChange>,
@@ -22,7 +22,7 @@ pub struct DeadReckonedChange {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// From here on the map is kept that the wheels alone would have drawn.
+    /// From here on, also draws the map that dead reckoning alone would have drawn.
     pub fn draw_dead_reckoned(&mut self) {
         match &mut self.source {
             Source::Simulation(sim) => sim.experiment.draw_dead_reckoned(),
@@ -31,7 +31,7 @@ impl WebRun {
         }
     }
 
-    /// That map since `revision`; empty where nobody asked that it is kept.
+    /// That map since `revision`; empty if it is not being drawn.
     ///
     /// # Errors    None that a page can cause.
     pub fn dead_reckoned(&self, revision: f64) -> Typed<DeadReckonedChange> {

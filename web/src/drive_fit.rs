@@ -1,4 +1,4 @@
-//! What a drive tells of its robot, and the twin beside it, for the page.
+//! What a drive reveals about its robot, and the twin beside it, for the page.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{self, FittedParameter as CoreParameter};
@@ -19,15 +19,15 @@ use crate::run::{Source, WebRun};
 #[serde(rename_all = "camelCase")]
 #[tsify(hashmap_as_object)]
 pub struct DriveFit {
-    /// What could be estimated.
+    /// The parameters that were estimated.
     pub parameters: Vec<FittedParameter>,
     /// What could not be fitted at all, in words.
     pub reasons: Vec<String>,
-    /// Settings that take what is known.
+    /// Settings that apply the parameters that are known.
     pub settings: SettingValues,
     /// Legs that were used.
     pub legs: u32,
-    /// Legs that the model could not explain.
+    /// Legs that did not fit the model.
     pub left_out: u32,
 }
 
@@ -36,21 +36,21 @@ pub struct DriveFit {
 pub struct FittedParameter {
     /// For people.
     pub name: String,
-    /// Of its value.
+    /// Unit of the value.
     pub unit: String,
-    /// As fitted.
+    /// Fitted value.
     pub value: f64,
-    /// Standard error; NaN for none.
+    /// Standard error; NaN if there is none.
     pub sigma: f64,
-    /// What the robot's model says; NaN for nothing.
+    /// Value in the robot's model; NaN if it has none.
     pub model: f64,
-    /// Why the drive does not tell it; empty where it does.
+    /// Why the drive does not determine it; empty if it does.
     pub unknown: String,
 }
 
 #[wasm_bindgen]
 impl WebRun {
-    /// A twin with what is known of the odometry runs beside the robot from here on, or no longer.
+    /// Turns on or off a twin beside the robot, with what is known of the odometry.
     pub fn set_twin(&mut self, on: bool) {
         let calibration = on.then(|| *self.session().calibration());
         match &mut self.source {
@@ -60,8 +60,8 @@ impl WebRun {
         }
     }
 
-    /// What the drive so far tells of the robot; nothing of a simulated one, whose figures are
-    /// settings.
+    /// What the drive so far reveals about the robot; nothing for a simulated one, whose figures
+    /// are settings.
     ///
     /// # Errors    None that a page can cause.
     pub fn fit(&self) -> Result<Option<Ts<DriveFit>>, WebError> {
@@ -121,7 +121,7 @@ impl From<estimation::DriveFit> for DriveFit {
     }
 }
 
-/// A preset as its file holds it.
+/// The content of a preset file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(hashmap_as_object)]
 pub struct PresetFile {
@@ -131,14 +131,14 @@ pub struct PresetFile {
     pub settings: SettingValues,
 }
 
-/// Reads a preset file; its keys and ranges are checked here.
+/// Reads a preset file, and checks its keys and ranges.
 ///
-/// # Errors    A sentence on what is wrong, with its place.
+/// # Errors    A sentence on what is wrong, and where.
 #[wasm_bindgen]
 pub fn read_preset(bytes: &[u8]) -> Typed<PresetFile> {
     let CoreFile { name, settings } = preset::read(bytes)?;
     let settings: SettingValues = settings.into_iter().collect();
-    // Its keys and ranges are checked, whatever the run that will take them.
+    // Keys and ranges are checked whatever run will use the preset.
     let mut checked = Settings::of(SensorModel::lidar(), &RobotModel::rp6());
     settings.apply_to(&mut checked, settings::Source::Simulation, Method::LineEkf)?;
     typed(&PresetFile { name, settings })
@@ -146,7 +146,7 @@ pub fn read_preset(bytes: &[u8]) -> Typed<PresetFile> {
 
 /// A fit as the text of a preset file.
 ///
-/// # Errors    The fit is none.
+/// # Errors    The fit is invalid.
 #[wasm_bindgen]
 pub fn write_preset(name: &str, fit: &Ts<DriveFit>) -> Result<String, WebError> {
     let fit = fit.to_rust()?;

@@ -1,5 +1,4 @@
-//! Driving, for the page: by hand, to a goal, exploring, and by the cycle; and what the pilot
-//! plans.
+//! Driving, for the page: by hand, to a goal, exploring, and by the cycle; and the pilot's plans.
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -20,18 +19,18 @@ pub struct Cycle {
     pub round: u32,
     /// Reports shown so far.
     pub count: f64,
-    /// The stage of the newest; null before the first.
+    /// The stage of the newest report; null before the first.
     pub now: Option<Stage>,
-    /// In the order in which they are done.
+    /// The stages, in order.
     pub stages: Vec<StageWords>,
 }
 
-/// A stage and what it gave.
+/// A stage and its result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct StageWords {
     /// Which one.
     pub stage: Stage,
-    /// What it gave last, in words; empty before.
+    /// Its last result, in words; empty before.
     pub text: String,
 }
 
@@ -52,7 +51,7 @@ impl WebRun {
         self.set_mode(pilot::Mode::GoTo(Point2::new(x, y)));
     }
 
-    /// Drive by hand; fractions of the robot's highest speeds in [-1, 1], forward and to the left.
+    /// Drives by hand; fractions of the robot's highest speeds in [-1, 1], forward and to the left.
     pub fn drive(&mut self, forward: f64, turn: f64) {
         match &mut self.source {
             Source::Simulation(sim) => {
@@ -65,7 +64,7 @@ impl WebRun {
         }
     }
 
-    /// Stop at once, at a time of the page's clock, µs. A real robot is disarmed too, no matter who
+    /// Stops at once, at a time of the page's clock, µs. A real robot is disarmed too, whoever
     /// drives it.
     pub fn stop(&mut self, now: f64) {
         match &mut self.source {
@@ -81,7 +80,7 @@ impl WebRun {
         view::corners(self.pilot().route().map(|route| &route.path))
     }
 
-    /// The same before it was shortened.
+    /// x y of the corners of the path before it was shortened.
     #[must_use]
     pub fn raw_path(&self) -> Vec<f32> {
         view::corners(self.pilot().route().map(|route| &route.raw))
@@ -109,10 +108,10 @@ impl WebRun {
         self.session().scans_on_command()
     }
 
-    /// Has a robot that is driven from here drive by the cycle, or as continuously as its sensor
-    /// allows.
+    /// Makes a robot that is driven from here follow the cycle, or drive as continuously as its
+    /// sensor allows.
     ///
-    /// # Errors    A recording.
+    /// # Errors    The run is a recording.
     pub fn set_cycle(&mut self, cycle: bool) -> Result<(), WebError> {
         match &mut self.source {
             Source::Simulation(sim) => sim.experiment.set_cycle(cycle),
@@ -122,14 +121,14 @@ impl WebRun {
         Ok(())
     }
 
-    /// The stages of the cycle with what they gave.
+    /// The stages of the cycle with their results.
     ///
     /// # Errors    None that a page can cause.
     pub fn cycle(&self) -> Typed<Cycle> {
         typed(&Cycle::of(self.session().stages()))
     }
 
-    /// Reports of the cycle that were shown so far.
+    /// Number of reports of the cycle shown so far.
     #[must_use]
     pub fn cycle_count(&self) -> f64 {
         self.session().stages().count() as f64

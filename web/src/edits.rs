@@ -11,7 +11,8 @@ use crate::run::{Source, WebRun};
 impl WebRun {
     /// Changes the map: x y of the corners of a region, or of a polyline, map frame, m.
     ///
-    /// # Errors    A sentence on why not: another method than scan matching, wrong corners.
+    /// # Errors    A sentence on why it is impossible: another method than scan matching, or wrong
+    /// corners.
     pub fn edit(&mut self, what: &Ts<EditName>, corners: &[f64]) -> Result<(), WebError> {
         let kind = what.to_rust()?.into();
         let (pairs, _) = corners.as_chunks::<2>();
@@ -24,7 +25,7 @@ impl WebRun {
         Ok(())
     }
 
-    /// Takes back the last change; `false` where there is none.
+    /// Takes back the last change; `false` if there is none.
     pub fn undo_edit(&mut self) -> bool {
         match &mut self.source {
             Source::Simulation(sim) => sim.experiment.undo_edit(),
@@ -33,7 +34,7 @@ impl WebRun {
         }
     }
 
-    /// Sides of what was changed and is still there, see `EDIT`.
+    /// Outlines of the changes that are still in place, see `EDIT`.
     #[must_use]
     pub fn edits(&self) -> Vec<f32> {
         let edits = self

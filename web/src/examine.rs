@@ -1,4 +1,4 @@
-//! One thing of the map, asked for when somebody points at it.
+//! Details of one thing in the map, for when a person points at it.
 
 use nalgebra::Point2;
 use slamlab_core::geom::Segment;
@@ -12,18 +12,18 @@ use crate::view::{hits_of, map_from_robot_at_scan};
 
 #[wasm_bindgen]
 impl WebRun {
-    /// What is known of the cell that holds a point, map frame, m, see `CELL`.
+    /// What is known of the cell at a point, map frame, m, see `CELL`.
     #[must_use]
     pub fn cell(&self, x: f64, y: f64) -> Vec<f64> {
         let figures = self.slam().layers().figures(Point2::new(x, y));
         flat([CellRow::from(figures)])
     }
 
-    /// What the map has of a beam of the last scan, by its number, see `EXAMINED_BEAM`; nothing
-    /// where it hit nothing.
+    /// What the map expects of a beam of the last scan, by the beam's number, see `EXAMINED_BEAM`;
+    /// nothing for a beam that hit nothing.
     ///
-    /// Methods that find the robot in a prior map weigh a beam by the walls of that (likelihood
-    /// field); for all others it is held against the grid that is drawn.
+    /// Methods that localise in a prior map weight a beam by the walls of that map (likelihood
+    /// field); for all others it is compared with the drawn grid.
     #[must_use]
     pub fn beam(&self, number: u32) -> Option<Vec<f64>> {
         let mut hits = hits_of(self.slam());
@@ -31,8 +31,8 @@ impl WebRun {
         Some(flat([self.beam_row(beam)]))
     }
 
-    /// Whether a gap is open, by what the map shows of it, see `LEAF`. `ends`: x1 y1 x2 y2, map
-    /// frame, m; nothing where these are not four numbers.
+    /// Whether a gap is open according to the map, see `LEAF`. `ends`: x1 y1 x2 y2, map frame, m;
+    /// nothing if these are not four numbers.
     #[must_use]
     pub fn leaf(&self, ends: &[f64]) -> Option<Vec<f64>> {
         let &[x1, y1, x2, y2] = ends else {
@@ -60,7 +60,7 @@ impl WebRun {
             Some(config) => beam_among(&config.prior_map.faces, from, to),
             None => slam.grid().beam(from, to),
         };
-        // Of a cell a surface may be anywhere in it.
+        // The surface of a cell may be anywhere in it.
         let of_map = match prior {
             Some(config) => config.prior_map.sigma,
             None => slam.grid().resolution() / 12.0_f64.sqrt(),

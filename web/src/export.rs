@@ -1,4 +1,4 @@
-//! What a person takes away from a run: the map, the walls, the way, the scans, as files of other
+//! What a person can save of a run: the map, the walls, the path, the scans, as files for other
 //! programs.
 
 use serde::{Deserialize, Serialize};
@@ -22,16 +22,16 @@ use crate::run::{Source, WebRun};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// No scan yet.
+    /// There is no scan yet.
     #[error("there is no scan yet: let the robot scan first")]
     NoScans,
-    /// Of this method.
+    /// This method has no pose graph.
     #[error("this method keeps no pose graph: choose scan matching")]
     NoGraph,
-    /// Of this method.
+    /// This method has no submaps.
     #[error("this method makes no submaps: choose scan matching")]
     NoSubmaps,
-    /// A robot's scans are not kept here.
+    /// The scans of a robot behind a bridge are not kept in the page.
     #[error("the bridge records a robot's scans: open its recording here to save them as a log")]
     Recorded,
 }
@@ -41,11 +41,11 @@ crate::border::kinds! { Save: ExportError; }
 /// A file to save.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct SavedFile {
-    /// Without a folder.
+    /// Name without a folder.
     pub name: String,
-    /// What kind of file it is.
+    /// Its MIME type.
     pub mime: String,
-    /// What stands in it.
+    /// Its content.
     #[tsify(type = "Uint8Array<ArrayBuffer>")]
     pub bytes: Uint8Array,
 }
@@ -125,9 +125,9 @@ fn og_map(slam: &Slam) -> Result<Vec<SavedFile>, WebError> {
     Ok(vec![SavedFile::new("OGmap.txt", "text/plain", text)])
 }
 
-/// Points, way and landmarks as a submap.
+/// Points, path and landmarks as a submap.
 ///
-/// # Errors    An empty map, or one of more points than a submap has.
+/// # Errors    An empty map, or one with more points than a submap may have.
 fn smap(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
     let poses = slam.whole_trajectory().into_iter();
     let way = poses.map(|(_, pose)| pose.position());
@@ -163,7 +163,7 @@ fn rooms(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
     Ok(vec![SavedFile::new(name, "application/geo+json", text)])
 }
 
-/// Where the robot was, as far as is known now: a TUM trajectory.
+/// The poses at all scans, by the present estimate: a TUM trajectory.
 ///
 /// # Errors    [`ExportError::NoScans`].
 fn trajectory(poses: &[(f64, Pose2)], stem: &str) -> Result<Vec<SavedFile>, WebError> {
@@ -214,7 +214,7 @@ fn revolutions(log: &RevolutionLog, stem: &str) -> Result<Vec<SavedFile>, WebErr
 }
 
 impl WebRun {
-    /// Seconds and poses.
+    /// Times in seconds, and poses.
     fn trajectory(&self) -> Vec<(f64, Pose2)> {
         let seconds = |(stamp, pose): (Stamp, Pose2)| (stamp.seconds(), pose);
         match &self.source {

@@ -11,20 +11,20 @@ use crate::border::{FieldName, Typed, typed};
 use crate::run::WebRun;
 use crate::view::GridChange;
 
-/// How far surfaces are off in the likelihood field, m: as in the search for closed loops.
+/// σ of surfaces in the likelihood field, m: as in the search for loop closures.
 const LIKELIHOOD_SIGMA: f64 = 0.1;
 
 /// A field of the map where it may have changed; map frame, m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]
 pub struct FieldChange {
-    /// Which one.
+    /// Name of the field.
     pub name: FieldName,
-    /// Changes when the grid was redrawn and old blocks are worth nothing.
+    /// Changes when the grid was redrawn and old blocks are invalid.
     pub generation: u32,
-    /// With `generation`, hand it in next time to get what changed since.
+    /// Pass it with `generation` to the next call to get what changed since.
     pub revision: f64,
-    /// What a byte more means: m, of the likelihood 1/254.
+    /// Value of one step of a byte: m, for the likelihood 1/254.
     pub step: f64,
     /// Blocks that may have changed.
     pub grid: Option<GridChange>,
@@ -49,7 +49,7 @@ impl WebRun {
 }
 
 impl FieldChange {
-    /// A field for someone who knows it up to `revision` of `generation`, around a robot of this
+    /// A field for a reader who knows it up to `revision` of `generation`, for a robot of this
     /// radius (m).
     pub(crate) fn since(
         slam: &Slam,
@@ -90,7 +90,7 @@ mod tests {
 
     use super::*;
 
-    /// What a byte tells at a place of the map, m.
+    /// The value at a place of the map, decoded from its byte, m.
     fn value_at(view: &FieldChange, x: f64, y: f64) -> Option<f64> {
         let grid = view.grid.as_ref()?;
         let (col, row) = ((x / grid.resolution) as i32, (y / grid.resolution) as i32);

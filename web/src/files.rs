@@ -1,4 +1,4 @@
-//! Buildings from files of others, for the page: to drive in, and to be found in.
+//! Buildings from the files of other programs, for the page: to drive in, and to localise in.
 #![allow(
     clippy::needless_pass_by_value,
     reason = "lists cross the border by value only"
@@ -13,12 +13,12 @@ use wasm_bindgen::prelude::wasm_bindgen;
 use crate::border::{Typed, Uint8Array, WebError, typed};
 use crate::building::PriorMapFile;
 
-/// A file as it was dropped or chosen; its name tells what it is.
+/// A file that was dropped or chosen; its name shows its kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct GivenFile {
-    /// Without its folder.
+    /// Name without its folder.
     pub name: String,
-    /// What stands in it.
+    /// Its content.
     pub bytes: Uint8Array,
 }
 
@@ -28,14 +28,14 @@ pub struct GivenFile {
 pub struct Building {
     /// Text of the world file.
     pub world_json: String,
-    /// What of the file is not in it, in words.
+    /// What was left out of the file, in words.
     pub skipped: Vec<String>,
 }
 
 /// A building to drive in, from files that show it: a floor plan, a world, an `OGmap.txt`, a submap
 /// (`.smap`), or the YAML and the image of a map of ROS.
 ///
-/// # Errors    A sentence on what stands where and what was expected.
+/// # Errors    A sentence on what was found where, and what was expected.
 #[wasm_bindgen]
 pub fn read_building(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<Building> {
     let imported = read(&files)?.into_world(name)?;
@@ -45,9 +45,9 @@ pub fn read_building(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<Building> {
     })
 }
 
-/// Its walls, to find a robot by.
+/// The building's walls, to localise a robot by.
 ///
-/// # Errors    A sentence on what stands where and what was expected.
+/// # Errors    A sentence on what was found where, and what was expected.
 #[wasm_bindgen]
 pub fn read_prior_map(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<PriorMapFile> {
     typed(&PriorMapFile::of(name, &read(&files)?)?)

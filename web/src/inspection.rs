@@ -1,5 +1,5 @@
-//! The filter's inside, flattened for the page: how errors hang together, and why each line was
-//! matched.
+//! The inside of the filter, flattened for the page: how errors are correlated, and why each line
+//! was matched.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::association::{Flip, FlipOutcome};
@@ -20,25 +20,25 @@ use crate::view::map_from_robot_at_scan;
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct Inspection {
-    /// Rows of the matrix that belong to the robot; two for each landmark follow, α and r, or x and
-    /// y.
+    /// Rows of the matrix that belong to the robot; two rows for each landmark follow: α and r, or
+    /// x and y.
     pub robot_rows: u32,
     /// Landmarks in the order of their rows.
     pub landmarks: Uint32Array,
-    /// Those of them that are points, by their numbers.
+    /// Numbers of those that are points.
     pub points: Uint32Array,
-    /// How many points the last scan showed, how many of them were recognised, and how many became
-    /// landmarks.
+    /// Of the points in the last scan: how many there were, how many were matched, and how many
+    /// became landmarks.
     pub points_seen: [u32; 3],
-    /// Correlation coefficients, row by row, -1 to 1; empty where they were not asked for.
+    /// Correlation coefficients, row by row, -1 to 1; empty if they were not requested.
     pub coefficients: Float32Array,
     /// Lines of the scan.
     pub sightings: Vec<Sighting>,
-    /// What was learned of the odometry.
+    /// What was learned of the odometry errors.
     pub odometry: LearnedOdometry,
-    /// Largest d² of a match.
+    /// Largest d² at which a line is matched.
     pub gate: f64,
-    /// Smallest d² to every landmark of a new one.
+    /// A line becomes a new landmark if its d² to every landmark is at least this.
     pub new_gate: f64,
 }
 
@@ -48,14 +48,14 @@ pub struct Inspection {
 pub struct Sighting {
     /// x1 y1 x2 y2, map frame, m.
     pub ends: [f64; 4],
-    /// What became of it.
+    /// What was decided about it.
     pub decision: Decision,
-    /// The landmark that it was recognised as, or became; null where it was not used.
+    /// The landmark that it was matched to, or became; null if it was not used.
     pub wall: Option<u32>,
-    /// What it was compared with, the likeliest first.
+    /// The landmarks that it was compared with, the likeliest first.
     pub candidates: Vec<Candidate>,
-    /// What would flip its match, see `FLIP`: at another α, back and forth, then at another r;
-    /// empty of what was not matched.
+    /// What would flip its match, see `FLIP`: at another α, in both directions, then at another r;
+    /// empty if it was not matched.
     pub flips: Float64Array,
 }
 
@@ -75,13 +75,13 @@ pub struct Candidate {
     pub gate: Gate,
 }
 
-/// What the filter learned of the odometry.
+/// What the filter learned of the odometry errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct LearnedOdometry {
-    /// Turn in a drive that it takes for straight, rad/m.
+    /// Turn during a drive that the odometry reports as straight, rad/m.
     pub curvature: f64,
-    /// Part by which a turn is larger than it says.
+    /// By what fraction a turn is larger than reported.
     pub turn_scale: f64,
     /// σ of the curvature, rad/m.
     pub curvature_sigma: f64,
@@ -91,7 +91,7 @@ pub struct LearnedOdometry {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together;
+    /// Why the last scan's lines were matched, and, with `matrix`, how errors are correlated;
     /// nothing for methods without a line map.
     ///
     /// # Errors    None that a page can cause.
@@ -102,8 +102,8 @@ impl WebRun {
 }
 
 impl Inspection {
-    /// `None` for methods without a line map, and while lines were found that are not yet compared
-    /// with it. Without `matrix` the coefficients are left out: they are many.
+    /// `None` for methods without a line map, and while the lines found are not yet compared with
+    /// it. Without `matrix` the coefficients are left out, because they are many.
     pub(crate) fn of(session: &Session, matrix: bool) -> Option<Self> {
         if session.stages().awaits(Stage::Localise) {
             return None;
@@ -161,7 +161,7 @@ impl Inspection {
 }
 
 impl FlipRow {
-    /// Not a number where nothing would.
+    /// NaN if nothing would flip it.
     fn of(flip: Option<Flip>) -> Self {
         let wall = |flip: &Flip| match flip.outcome {
             FlipOutcome::LeavesGate => f64::NAN,

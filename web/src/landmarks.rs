@@ -1,4 +1,4 @@
-//! Landmarks, for the page: those that a filter keeps, and those found in a map of submaps.
+//! Landmarks, for the page: those of a filter, and those found in a map of submaps.
 
 use nalgebra::{Matrix2, Point2};
 use slamlab_core::estimation::{Landmark, MapLandmark, PointLandmark, ScanMatcher};
@@ -11,14 +11,15 @@ use crate::border::{LandmarkName, LandmarkRow, flat};
 use crate::run::WebRun;
 use crate::view::flag;
 
-/// Landmarks of a map of submaps. Each complete submap is looked through once, and again when its
-/// keyframes were moved; those of the map follow from them whenever it grew or was drawn elsewhere.
+/// Landmarks of a map of submaps. Each complete submap is searched once, and again when its
+/// keyframes were moved; the landmarks of the map are derived from these whenever the map grew or
+/// was redrawn.
 #[derive(Debug, Default)]
 pub(crate) struct FoundLandmarks {
     of_submaps: Vec<Vec<MapLandmark>>,
-    /// Where the keyframes of each lay then.
+    /// The poses of each submap's keyframes when it was searched.
     seen_from: Vec<Vec<Pose2>>,
-    /// Complete submaps, and the version of the grid, that `of_map` is of.
+    /// Number of complete submaps and version of the grid that `of_map` belongs to.
     known: (usize, u64),
     of_map: Vec<MapLandmark>,
 }
@@ -47,15 +48,15 @@ impl FoundLandmarks {
         &self.of_map
     }
 
-    /// Submaps have other numbers now.
+    /// To be called when submaps are renumbered.
     pub(crate) fn forget(&mut self) {
         *self = Self::default();
     }
 }
 
-/// Whether any keyframe lies elsewhere than before, or there are others.
+/// Whether any keyframe has moved, or their number has changed.
 fn have_moved(before: &[Pose2], now: &[Pose2]) -> bool {
-    /// Less moves no corner out of the gate by which it is found again, m and rad.
+    /// Smaller shifts keep every corner inside the gate in which it is found again, m and rad.
     const STILL: [f64; 2] = [0.01, 0.003];
     let is_elsewhere = |(before, now): (&Pose2, &Pose2)| {
         let off = before.minus(now);
@@ -67,7 +68,7 @@ fn have_moved(before: &[Pose2], now: &[Pose2]) -> bool {
 #[wasm_bindgen]
 impl WebRun {
     /// Landmarks with their confidence, see `LANDMARK`: those of the filter, or those of the
-    /// submaps that are complete. None of other methods.
+    /// complete submaps. None for other methods.
     #[must_use]
     pub fn landmarks(&mut self) -> Vec<f32> {
         if self.session().stages().awaits(Stage::Localise) {
@@ -111,7 +112,7 @@ impl LandmarkRow {
         }
     }
 
-    /// By its place among those of the map. What was found again is believed.
+    /// Its number is its index in the map. Since it was found again, it counts as confirmed.
     fn of_found((id, found): (u32, &MapLandmark)) -> Self {
         Self {
             id: id as f32,

@@ -1,4 +1,4 @@
-//! Lessons, for the page: what there is to mend, and what a try has reached.
+//! Lessons, for the page: what there is to mend, and what a try has achieved.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::lesson::{self, LESSONS, Lesson, NotOfLesson};
@@ -21,37 +21,37 @@ pub struct LessonInfo {
     pub fault: String,
     pub task: String,
     pub hint: String,
-    /// What it begins with.
+    /// The setup that it begins with.
     pub setup: Setup,
-    /// When it is graded at the latest, s.
+    /// Time at which it is graded at the latest, s.
     pub seconds: f64,
 }
 
-/// What a try has reached of one goal.
+/// The result of a try for one goal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct Mark {
     /// What is measured.
     pub measure: MeasureName,
-    /// Whether the bound is the least that is asked for, or the most that is allowed.
+    /// Whether the bound is a minimum; otherwise it is a maximum.
     pub is_least: bool,
     /// The bound, in the unit of the measure.
     pub bound: f64,
-    /// What was measured, in that unit; NaN where there is nothing yet.
+    /// The measured value, in that unit; NaN while there is none.
     pub value: f64,
-    /// Whether it is enough.
+    /// Whether it meets the bound.
     pub is_met: bool,
 }
 
-/// What a try has reached.
+/// The result of a try.
 #[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct Grade {
     /// Goal by goal.
     pub marks: Vec<Mark>,
-    /// Whether it stands: the errand is over, or the time is up.
+    /// Whether the grade is final: the errand is over, or the time is up.
     pub is_over: bool,
-    /// Whether it is over, and all is reached.
+    /// Whether it is final, and all goals are met.
     pub is_passed: bool,
 }
 
@@ -95,8 +95,8 @@ pub(crate) fn lessons() -> Result<Vec<LessonInfo>, WebError> {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// What this try at a lesson has reached: by now, or when it was over; nothing of a run that is
-    /// none. Costs more than a step.
+    /// The grade of this try at a lesson, now or when it was over; nothing if the run is not a
+    /// lesson. Costs more than a step.
     ///
     /// # Errors    None that a page can cause.
     pub fn grade(&self) -> Result<Option<Ts<Grade>>, WebError> {

@@ -1,15 +1,15 @@
-//! Bindings of the core for the page: they convert, call, and convert. Nothing is decided here.
+//! Bindings of the core for the page: they convert, call, and convert back. They decide nothing.
 //!
-//! `border` holds the schema: objects of which the page knows the types, bulk data as typed arrays
-//! in the map frame (m, rad), errors with a kind and the core's own sentence. A panic becomes a
-//! thrown string.
+//! `border` holds the schema: objects whose types the page knows, bulk data as typed arrays in the
+//! map frame (m, rad), errors with a kind and the core's own sentence. A panic becomes a thrown
+//! string.
 //!
-//! A module of WebAssembly for each feature: what the page needs at once, and what is loaded when
-//! it is asked for. All have the border.
+//! Each feature makes one WebAssembly module: what the page needs at once, and what is loaded on
+//! demand. All contain the border.
 //!
 //! | feature | module | what it has |
 //! |---|---|---|
-//! | `run` | `slamlab_web` | runs of any source, and what is asked of them |
+//! | `run` | `slamlab_web` | runs of any source, and all that is asked of them |
 //! | `files` | `slamlab_files` | buildings, pose graphs, recordings of ROS; worlds that are drawn |
 //! | `lab` | `slamlab_lab` | the registration lab |
 //! | `cable` | `slamlab_cable` | the local bridge |
@@ -169,7 +169,7 @@ pub use submaps::Submaps;
 #[cfg(feature = "run")]
 pub use view::{GridChange, SlamView};
 
-/// A panic is thrown with its text, so that the page can say what happened instead of "unreachable
+/// A panic is thrown with its message, so the page can say what happened instead of "unreachable
 /// executed".
 #[cfg(target_arch = "wasm32")]
 #[wasm_bindgen::prelude::wasm_bindgen(start)]

@@ -1,4 +1,4 @@
-//! An experiment as a link, made and followed.
+//! An experiment as a link: making and following it.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::experiment::{CONTROL_PERIOD, Experiment, Link, Place, Untold};
@@ -10,33 +10,33 @@ use crate::border::{Mode, Typed, WebError, typed};
 use crate::run::{Simulated, Source, WebRun};
 use crate::setup::{Setup, SetupError};
 
-/// Why a run cannot be a link.
+/// Why a run cannot become a link.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NoLink {
-    /// A file of calibration pairs or a prior map.
+    /// It uses a file of calibration pairs or a prior map.
     #[error("the run uses {0}, which does not fit into a link")]
     File(&'static str),
-    /// A person did what a link cannot tell.
+    /// A person did something that a link cannot express.
     #[error(transparent)]
     Untold(#[from] Untold),
 }
 
 crate::border::kinds! { Save: NoLink; }
 
-/// What a link begins with.
+/// The beginning of a link's run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]
 pub struct LinkStart {
     /// The setup.
     pub setup: Setup,
-    /// How much a person did.
+    /// Number of a person's actions.
     pub actions: u32,
-    /// Simulated seconds until the link was made; 0 where it does not say.
+    /// Simulated seconds at which the link was made; 0 if it does not say.
     pub seconds: f64,
 }
 
-/// Reads a link, or an address with one behind its `#`.
+/// Reads a link, or an address with a link after its `#`.
 ///
 /// # Errors    A sentence on what is wrong with it.
 #[wasm_bindgen]
@@ -50,9 +50,9 @@ pub fn read_link(text: &str) -> Typed<LinkStart> {
     })
 }
 
-/// What a link begins with.
+/// The beginning of a link's run.
 ///
-/// # Errors    [`SetupError::Seed`], and what is wrong with a world that comes with it.
+/// # Errors    [`SetupError::Seed`], and errors of a world that comes with the link.
 pub(crate) fn setup_of(link: Link) -> Result<Setup, WebError> {
     let name = link.world.load()?.name;
     let (world, world_json) = match link.world {
@@ -79,7 +79,7 @@ pub(crate) fn setup_of(link: Link) -> Result<Setup, WebError> {
 
 /// The link of a run that begins with `setup`.
 ///
-/// # Errors    A sentence on what does not fit into one.
+/// # Errors    A sentence on what a link cannot hold.
 pub(crate) fn link_of(setup: Setup) -> Result<Link, WebError> {
     let file = [
         (setup.calibration.is_some(), "calibration pairs"),
@@ -109,7 +109,7 @@ pub(crate) fn link_of(setup: Setup) -> Result<Link, WebError> {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// The simulated run of a link; what was done is done again, each at its time.
+    /// The simulated run of a link; its actions are repeated, each at its time.
     ///
     /// # Errors    A sentence on what is wrong with it.
     pub fn follow_link(text: &str) -> Result<Self, WebError> {
@@ -124,9 +124,9 @@ impl WebRun {
         Ok(Self::of(source))
     }
 
-    /// The link of this run, which began with `setup`: what stands behind the `#` of an address.
+    /// The link of this run, which began with `setup`: the part of an address after the `#`.
     ///
-    /// # Errors    A sentence on what does not fit into one.
+    /// # Errors    A sentence on what a link cannot hold.
     pub fn link(&self, setup: &Ts<Setup>) -> Result<String, WebError> {
         let experiment = &self.simulated()?.experiment;
         let link = Link {
@@ -137,20 +137,20 @@ impl WebRun {
         Ok(link.write()?)
     }
 
-    /// Whether something is still to be done as a link tells: the run is not over then.
+    /// Whether actions of a link are still to be repeated; until then the run is not over.
     #[must_use]
     pub fn has_due(&self) -> bool {
         let due = self.simulated().map(|sim| sim.experiment.has_due());
         due.unwrap_or_default()
     }
 
-    /// Whether the state is that of the link that is followed, to the bit, where that was made just
-    /// now; nothing at any other time.
+    /// At the moment at which the followed link was made: whether the state is the same, to the
+    /// bit. Nothing at any other time.
     #[must_use]
     pub fn link_holds(&self) -> Option<bool> {
         let sim = self.simulated().ok()?;
         let (until, hash) = sim.expected?;
-        // Who went another way meanwhile comes to another state.
+        // A run that was forked meanwhile ends in another state.
         let went_on = !sim.experiment.has_due() && !sim.experiment.has_forked();
         let is_there = sim.experiment.periods() == until && went_on;
         is_there.then(|| sim.experiment.state_hash() == hash)

@@ -18,63 +18,63 @@ use crate::run::{Notice, Source, WebRun};
 /// Seed of the planner's random numbers.
 const SEED: u64 = 1;
 
-/// Who talks to a bridge.
+/// How this page presents itself to a bridge, and how it maps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct LiveSetup {
-    /// How others see this page.
+    /// Name under which others see this page.
     pub name: String,
-    /// With an empty one it only watches.
+    /// Token; with an empty one the page can only watch.
     pub token: String,
-    /// How it maps and finds itself.
+    /// The SLAM method.
     pub method: MethodName,
-    /// The map that the method `prior-map` finds the robot in, placed by where the robot is now.
+    /// The map for the method `prior-map`, placed by where the robot is now.
     pub prior_map: Option<PriorMapSetup>,
-    /// Whether it drives by the cycle also where its sensor scans all the time.
+    /// Whether the robot drives by the cycle even if its sensor scans all the time.
     pub cycle: bool,
     /// Settings that differ from their defaults.
     pub settings: SettingValues,
 }
 
-/// What bridge and robot say of themselves. NaN where nothing is known.
+/// What bridge and robot report of themselves. NaN for what is unknown.
 #[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct BridgeStatus {
-    /// This page may ask for the right to drive.
+    /// This page may request the right to drive.
     pub may_drive: bool,
-    /// What this page's right is good for.
+    /// The role of this page's right.
     pub role: RoleName,
-    /// Whose right it is; empty without one, and for the bridge's own first token.
+    /// Owner of that right; empty without one, and for the bridge's own first token.
     pub right: String,
-    /// It has the right to drive.
+    /// This page has the right to drive.
     pub has_lease: bool,
-    /// The robot moves on its commands.
+    /// The robot moves on this page's commands.
     pub armed: bool,
     /// The emergency stop is latched.
     pub emergency: bool,
-    /// Who has the right to drive; empty for nobody.
+    /// Who has the right to drive; empty if nobody has.
     pub driver: String,
     /// Why the robot is not armed; null while somebody else drives it.
     pub reason: Option<DisarmReasonName>,
-    /// V.
+    /// Voltage of the battery, V.
     pub battery: f64,
-    /// From here to the bridge and back, s.
+    /// Round-trip time to the bridge, s.
     pub round_trip: f64,
     /// Age of the robot's newest reading at the bridge, s.
     pub reading_age: f64,
-    /// Readings that this page missed.
+    /// Number of readings that this page missed.
     pub dropped: f64,
-    /// Pages that are connected.
+    /// Number of pages that are connected.
     pub watchers: u32,
-    /// File of the recording; empty for none.
+    /// File of the recording; empty if there is none.
     pub recording: String,
-    /// Messages that stand in it.
+    /// Number of messages in it.
     pub recorded: f64,
-    /// What is at the bridge's lines.
+    /// The devices at the bridge's lines.
     pub devices: Vec<DeviceStatus>,
-    /// How the bridge's own map does; null where it has none.
+    /// State of the bridge's own map; null if it has none.
     pub map: Option<BridgeMapStatus>,
 }
 
@@ -83,21 +83,21 @@ pub struct BridgeStatus {
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct BridgeMapStatus {
-    /// Grows with each map that is another one; 0 before the first.
+    /// Grows each time the map is replaced by another one; 0 before the first.
     pub revision: f64,
-    /// x y heading of its frame in the map of the run, m and rad; null while that is not known.
+    /// x y heading of its frame in the map of the run, m and rad; null while unknown.
     pub place: Option<[f64; 3]>,
     /// Name of the method.
     pub method: String,
-    /// Scans in it since the bridge was started.
+    /// Number of scans in it since the bridge was started.
     pub scans: f64,
-    /// File that it is kept in; empty for none.
+    /// File that it is kept in; empty if there is none.
     pub file: String,
-    /// Why the file is not as new as it should be; empty while all is well.
+    /// Why the file is out of date; empty if it is not.
     pub fault: String,
-    /// Where the robot may be in it.
+    /// Where in it the robot may be.
     pub geofence: FenceZones,
-    /// How the robot stands to that.
+    /// How the robot stands to the geofence.
     pub fence_state: FenceStateName,
 }
 
@@ -105,7 +105,7 @@ pub struct BridgeMapStatus {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct FenceZones {
-    /// Without any the robot may be everywhere.
+    /// Without zones the robot may be anywhere.
     pub zones: Vec<FenceZone>,
 }
 
@@ -113,7 +113,7 @@ pub struct FenceZones {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct FenceZone {
-    /// Whether the robot keeps out of it; else it stays in.
+    /// Whether the robot must stay out of it; otherwise it must stay inside.
     pub keep_out: bool,
     /// x y of its corners, m.
     pub corners: Vec<[f64; 2]>,
@@ -143,11 +143,11 @@ impl From<FenceZone> for ZoneBody {
 pub struct DeviceStatus {
     /// As it was named to the bridge: `rplidar:/dev/ttyUSB0`.
     pub name: String,
-    /// What it is; empty until it said so.
+    /// Its model; empty until it has identified itself.
     pub model: String,
-    /// How it is.
+    /// Its state.
     pub state: DeviceStateName,
-    /// Of a fault: cause and cure.
+    /// Cause and cure of a fault.
     pub detail: String,
 }
 
@@ -166,7 +166,7 @@ impl From<&message::Device> for DeviceStatus {
 impl WebRun {
     /// A robot that is mapped and driven through a bridge.
     ///
-    /// # Errors    A sentence on a setting that cannot be.
+    /// # Errors    A sentence on an invalid setting.
     pub fn connect(setup: &Ts<LiveSetup>) -> Result<Self, WebError> {
         let setup = setup.to_rust()?;
         let live = Live::new(LiveConfig {
@@ -182,7 +182,7 @@ impl WebRun {
         Ok(Self::of(source))
     }
 
-    /// Another connection begins; map and pose stay.
+    /// A new connection begins; map and pose stay.
     ///
     /// # Errors    No robot behind a bridge.
     pub fn reconnect(&mut self) -> Result<(), WebError> {
@@ -192,12 +192,12 @@ impl WebRun {
 
     /// Takes one binary message.
     ///
-    /// # Errors    A sentence on why the connection is of no use any more.
+    /// # Errors    A sentence on why the connection can no longer be used.
     pub fn receive(&mut self, now: f64, bytes: &[u8]) -> Result<(), WebError> {
         Ok(self.live_mut()?.receive(now as u64, bytes)?)
     }
 
-    /// Due every 50 ms.
+    /// To be called every 50 ms.
     ///
     /// # Errors    The bridge is gone.
     pub fn tick(&mut self, now: f64) -> Result<(), WebError> {
@@ -217,7 +217,7 @@ impl WebRun {
         self.live().is_ok_and(|live| live.client().is_in())
     }
 
-    /// How often estimate and map restarted.
+    /// How often estimate and map were restarted.
     #[must_use]
     pub fn begun(&self) -> u32 {
         self.live().map_or(0, |live| live.begun)
@@ -255,7 +255,7 @@ impl WebRun {
         Ok(())
     }
 
-    /// Has the bridge begin its own map anew.
+    /// Makes the bridge begin its own map anew.
     ///
     /// # Errors    No robot behind a bridge.
     pub fn reset_bridge_map(&mut self, now: f64) -> Result<(), WebError> {
@@ -263,16 +263,16 @@ impl WebRun {
         Ok(())
     }
 
-    /// Says where in the bridge's own map the robot may be.
+    /// Sets where in the bridge's own map the robot may be.
     ///
-    /// # Errors    No robot behind a bridge; polygons that are none, in a sentence.
+    /// # Errors    No robot behind a bridge; a sentence on invalid polygons.
     pub fn set_geofence(&mut self, now: f64, zones: &Ts<FenceZones>) -> Result<(), WebError> {
         let zones = zones.to_rust()?.zones.into_iter().map(Into::into);
         self.live_mut()?.set_geofence(now as u64, zones.collect())?;
         Ok(())
     }
 
-    /// The walls of the bridge's own map, in its frame: x y of what is occupied, m.
+    /// The walls of the bridge's own map, in its frame: x y of the occupied cells, m.
     ///
     /// # Errors    No robot behind a bridge.
     pub fn bridge_map_walls(&self) -> Result<Vec<f32>, WebError> {
@@ -280,7 +280,7 @@ impl WebRun {
         Ok(map.map_or(vec![], |map| flat_points(&map.occupied(), MOST_WALLS).0))
     }
 
-    /// What bridge and robot say of themselves.
+    /// What bridge and robot report of themselves.
     ///
     /// # Errors    No robot behind a bridge.
     pub fn bridge(&self) -> Typed<BridgeStatus> {

@@ -1,5 +1,5 @@
-//! What is loaded beside the run, to be looked at and laid on what is drawn: a submap (`.smap`), a
-//! saved map (`.slamlab`), or a path of poses over time.
+//! Maps and paths that are loaded beside the run, to be looked at and placed on what is drawn: a
+//! submap (`.smap`), a saved map (`.slamlab`), or a path of poses over time.
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -14,9 +14,9 @@ use wasm_bindgen::prelude::wasm_bindgen;
 use crate::border::{AlignedName, Float32Array, PathPlaced, Typed, WebError, typed};
 use crate::run::{Source, WebRun};
 
-/// Points of walls that a page is given: enough to see them.
+/// Maximum number of wall points that the page is given: enough to see the walls.
 pub(crate) const MOST_WALLS: usize = 6000;
-/// Places of the way that a page is given.
+/// Maximum number of positions of the path that the page is given.
 const MOST_PLACES: usize = 2000;
 
 /// A map that was loaded.
@@ -33,13 +33,13 @@ pub struct WebLoadedMap {
 pub struct LoadedMapPicture {
     /// x y of its walls.
     pub walls: Float32Array,
-    /// x y of where the robot was.
+    /// x y of the robot's path.
     pub way: Float32Array,
     /// x y of its landmarks.
     pub landmarks: Float32Array,
-    /// How many points its walls have.
+    /// Number of points of its walls.
     pub points: usize,
-    /// How many submaps it is made of.
+    /// Number of submaps that it is made of.
     pub submaps: usize,
 }
 
@@ -49,15 +49,15 @@ pub struct LoadedMapPicture {
 pub struct MapAlignment {
     /// x y heading of its frame, map frame, m and rad.
     pub pose: [f64; 3],
-    /// Part of its walls that stand on walls, 0 to 1.
+    /// Part of its walls that lie on walls, 0 to 1.
     pub agrees: f64,
-    /// Part of its walls that stand where the map is free, 0 to 1.
+    /// Part of its walls that lie where the map is free, 0 to 1.
     pub contradicts: f64,
-    /// How far walls lie from one another, root mean square, m.
+    /// Root mean square distance of the walls from each other, m.
     pub residual: f64,
-    /// Landmarks that both have.
+    /// Number of landmarks that both have.
     pub landmarks: usize,
-    /// What told the place.
+    /// What the alignment is based on.
     pub by: AlignedName,
 }
 
@@ -103,13 +103,13 @@ pub struct WebPosePath {
 /// What such a path looks like, in its own frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct PosePathPicture {
-    /// x y of its places, m.
+    /// x y of its positions, m.
     pub way: Float32Array,
-    /// How many poses it has.
+    /// Number of its poses.
     pub poses: usize,
-    /// Those that were left out, for another one has the same time.
+    /// Number of poses that were left out because another one has the same time.
     pub repeated: usize,
-    /// From the first to the last, s.
+    /// Duration from the first to the last, s.
     pub seconds: f64,
 }
 
@@ -118,7 +118,7 @@ pub struct PosePathPicture {
 pub struct PathPlace {
     /// x y heading of its frame, map frame, m and rad.
     pub pose: [f64; 3],
-    /// How it came to lie there.
+    /// How it was placed there.
     pub by: PathPlaced,
 }
 
@@ -154,8 +154,8 @@ impl WebPosePath {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// Where a path lies in the map: by time where it is on the clock of a recording, so that both
-    /// ways come closest; else its first pose lies where the map begins.
+    /// Where a path lies in the map: if it is on the clock of a recording, aligned by time to bring
+    /// both paths as close as possible; otherwise with its first pose where the map begins.
     ///
     /// # Errors    None that a page can cause.
     pub fn place_path(&self, path: &WebPosePath) -> Typed<PathPlace> {
@@ -177,7 +177,7 @@ impl WebRun {
 
     /// Where a loaded map lies in the map as it is drawn now, found without a start.
     ///
-    /// # Errors    A sentence on why that is not known.
+    /// # Errors    A sentence on why its place is unknown.
     pub fn align_map(&self, loaded: &WebLoadedMap) -> Typed<MapAlignment> {
         let slam = self.slam();
         let landmarks = slam.view().landmark_points().into_iter();

@@ -1,4 +1,4 @@
-//! The local bridge: robot and sensors at serial ports that the page itself opened.
+//! The local bridge: robot and sensors at serial ports that the page itself has opened.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::border::messages;
 
-/// There is no device of that kind.
+/// There is no device of this kind.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no device `{0}`; expected one of {names}", names = KINDS.map(|kind| kind.name).join(", "))]
 pub struct DeviceKindError(String);
@@ -20,7 +20,7 @@ pub struct WebLocalBridge {
     bridge: LocalBridge,
 }
 
-/// What the device at a line wants done with it.
+/// What the device at a line requests.
 #[wasm_bindgen(getter_with_clone)]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LineWant {
@@ -34,7 +34,7 @@ pub struct LineWant {
 
 #[wasm_bindgen]
 impl WebLocalBridge {
-    /// Devices by the numbers of their lines, each by the name of its kind.
+    /// Devices by the numbers of their lines; each is given by the name of its kind.
     ///
     /// # Errors    [`DeviceKindError`].
     #[wasm_bindgen(constructor)]
@@ -49,13 +49,13 @@ impl WebLocalBridge {
         })
     }
 
-    /// Baud rate of a line; 0 where there is none such.
+    /// Baud rate of a line; 0 if there is no such line.
     #[must_use]
     pub fn baud_rate(&self, line: u32) -> u32 {
         self.bridge.baud_rate(line as usize).unwrap_or(0)
     }
 
-    /// Says hello to the page, which begins or starts again.
+    /// Says hello to the page when it begins or restarts.
     pub fn begin(&mut self, now: f64) {
         self.bridge.begin(micros(now));
     }
@@ -65,13 +65,13 @@ impl WebLocalBridge {
         self.bridge.opened(micros(now), line as usize);
     }
 
-    /// Bytes that came on a line at `came`.
+    /// Bytes that arrived on a line at time `came`.
     pub fn received(&mut self, now: f64, came: f64, line: u32, bytes: &[u8]) {
         self.bridge
             .received(micros(now), micros(came), line as usize, bytes);
     }
 
-    /// A line broke, or could not be opened; `why` says cause and cure.
+    /// A line broke, or could not be opened; `why` gives cause and cure.
     pub fn broken(&mut self, now: f64, line: u32, why: &str) {
         self.bridge.broken(micros(now), line as usize, why);
     }
@@ -81,12 +81,12 @@ impl WebLocalBridge {
         self.bridge.close(micros(now));
     }
 
-    /// Due some hundred times a second.
+    /// To be called some hundred times a second.
     pub fn tick(&mut self, now: f64) {
         self.bridge.tick(micros(now));
     }
 
-    /// What the device at a line wants done next.
+    /// The next request of the device at a line.
     #[must_use]
     pub fn next_want(&mut self, line: u32) -> Option<LineWant> {
         let (what, bytes, on) = match self.bridge.next_want(line as usize)? {
@@ -105,12 +105,12 @@ impl WebLocalBridge {
 
     /// Takes a message of the page.
     ///
-    /// # Errors    A sentence on bytes that are no message.
+    /// # Errors    A sentence on bytes that are not a message.
     pub fn message(&mut self, now: f64, bytes: &[u8]) -> Result<(), JsError> {
         Ok(self.bridge.message(micros(now), bytes)?)
     }
 
-    /// The person stops the robot; with `cut_off` its motors are cut off, and stay so.
+    /// The person stops the robot; with `cut_off` its motors are cut off until that is reset.
     pub fn stop(&mut self, now: f64, cut_off: bool) {
         self.bridge.stop(micros(now), cut_off);
     }

@@ -1,5 +1,5 @@
-//! What a person can choose from: worlds, sensors, methods, devices and presets, as the core's
-//! tables have them.
+//! What a person can choose from: worlds, sensors, methods, devices and presets, from the tables of
+//! the core.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::device::Kind;
@@ -23,15 +23,15 @@ pub struct Offer {
     pub worlds: Vec<String>,
     /// Sensors of a simulated robot.
     pub sensors: Vec<SensorInfo>,
-    /// Ways to do SLAM.
+    /// The SLAM methods.
     pub methods: Vec<MethodInfo>,
-    /// What a page can have at a serial port of its own.
+    /// Devices that the page can use at a serial port of its own.
     pub devices: Vec<DeviceKind>,
     /// Named sets of settings.
     pub presets: Vec<PresetInfo>,
     /// Runs with a fault, to be mended.
     pub lessons: Vec<LessonInfo>,
-    /// The pairs of the data sheet of the rangers that are simulated, as text.
+    /// The pairs of the data sheet of the simulated rangers, as text.
     pub data_sheet: String,
 }
 
@@ -40,7 +40,7 @@ pub struct Offer {
 pub struct SensorInfo {
     /// Its name in setups and commands.
     pub name: String,
-    /// As people call it.
+    /// Its title for people.
     pub title: String,
 }
 
@@ -50,7 +50,7 @@ pub struct SensorInfo {
 pub struct MethodInfo {
     /// Its name in setups and commands.
     pub name: MethodName,
-    /// As people call it.
+    /// Its title for people.
     pub title: String,
     /// What it does, in a sentence.
     pub meaning: String,
@@ -59,13 +59,13 @@ pub struct MethodInfo {
 /// A kind of device that the page can have at a serial port.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Tsify)]
 pub struct DeviceKind {
-    /// What the rules know it by.
+    /// Its name in the core.
     pub name: String,
-    /// As people call it.
+    /// Its title for people.
     pub title: String,
-    /// What it is good for.
+    /// Its purpose.
     pub about: String,
-    /// USB adapters that usually come with it. It works behind any other as well.
+    /// USB adapters that usually come with it. Any other adapter works as well.
     pub adapters: Vec<UsbAdapter>,
 }
 
@@ -73,9 +73,9 @@ pub struct DeviceKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct UsbAdapter {
-    /// Who made it.
+    /// Vendor.
     pub usb_vendor_id: u16,
-    /// Which one it is.
+    /// Product.
     pub usb_product_id: u16,
 }
 

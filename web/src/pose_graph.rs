@@ -1,4 +1,4 @@
-//! A pose graph of others (`.g2o`), solved for the page.
+//! Optimises a pose graph of another program (`.g2o`), for the page.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::format::g2o::{self, G2oGraph};
@@ -7,7 +7,7 @@ use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{Float32Array, Typed, Uint8Array, WebError, typed};
 
-/// A pose graph, as its file had it and solved.
+/// A pose graph, as in its file and optimised.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct SolvedGraph {
@@ -15,26 +15,26 @@ pub struct SolvedGraph {
     pub poses: usize,
     /// Number of measured motions.
     pub edges: usize,
-    /// χ² of all edges, of the file's own poses.
+    /// χ² of all edges, at the file's own poses.
     pub chi2_before: f64,
-    /// Of the poses as they are solved.
+    /// χ² at the optimised poses.
     pub chi2_after: f64,
-    /// Whether the last step no longer mattered.
+    /// Whether the last step was negligible.
     pub converged: bool,
-    /// Systems of equations that were solved.
+    /// Number of linear systems solved.
     pub iterations: usize,
-    /// What of the file was left out, in words.
+    /// What was left out of the file, in words.
     pub left_out: Vec<String>,
-    /// x1 y1 x2 y2 of each edge, m, of the file's own poses.
+    /// x1 y1 x2 y2 of each edge, m, at the file's own poses.
     pub before: Float32Array,
-    /// Of the poses as they are solved.
+    /// The same at the optimised poses.
     pub after: Float32Array,
-    /// The solved graph as a file.
+    /// The optimised graph as a file.
     #[tsify(type = "Uint8Array<ArrayBuffer>")]
     pub file: Uint8Array,
 }
 
-/// Reads a pose graph and solves it from its own poses.
+/// Reads a pose graph and optimises it from its own poses.
 ///
 /// # Errors    A sentence on what is wrong with it, and where.
 #[wasm_bindgen]

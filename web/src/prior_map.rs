@@ -1,4 +1,4 @@
-//! What was mapped, as a map to be found in.
+//! What was mapped, as a prior map.
 
 use slamlab_core::format::building::BuildingFile;
 use slamlab_core::format::map_server::{MapMode, OccupancyMap};
@@ -11,10 +11,10 @@ use crate::run::{Source, WebRun};
 
 #[wasm_bindgen]
 impl WebRun {
-    /// A map to be found in, made of the grid as it is. A real robot is not put back to where the
-    /// map began: it begins where it is.
+    /// A prior map made of the present grid. A real robot is not put back to where the map began:
+    /// it starts where it is.
     ///
-    /// # Errors    A sentence on what is missing in it.
+    /// # Errors    A sentence on what the grid lacks.
     pub fn as_prior_map(&self, name: &str) -> Typed<PriorMapFile> {
         let mut file = PriorMapFile::of_grid(name, self.slam())?;
         if let Source::Live(_) = self.source {
@@ -26,7 +26,7 @@ impl WebRun {
 }
 
 impl PriorMapFile {
-    /// What was mapped, as a map to be found in: as if it had been saved for ROS and opened again.
+    /// What was mapped, as a prior map: as if it had been saved for ROS and opened again.
     pub(crate) fn of_grid(name: &str, slam: &Slam) -> Result<Self, WebError> {
         let map = OccupancyMap::of_grid(slam.grid(), MapMode::Trinary)?;
         Self::of(name, &BuildingFile::Map(map))

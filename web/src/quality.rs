@@ -1,4 +1,4 @@
-//! What the map is worth, for the page: whether it is torn, and where.
+//! The quality of the map, for the page: whether it is torn, and where.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{self, MapJudgement, MapQuality, ScanMatcher};
@@ -9,49 +9,50 @@ use wasm_bindgen::prelude::wasm_bindgen;
 use crate::border::{MapVerdictName, TearName, UnjudgeableName, WebError, typed};
 use crate::run::WebRun;
 
-/// What a map is worth.
+/// The quality of a map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct Quality {
-    /// In a word.
+    /// The verdict.
     pub verdict: MapVerdictName,
-    /// Why nothing can be said of it, where that is so.
+    /// Why the map cannot be judged, if that is so.
     pub unjudgeable: Option<UnjudgeableName>,
-    /// Of what was seen twice, the part that agrees, 0 to 1.
+    /// Part of what was seen twice that agrees, 0 to 1.
     pub agreement: Option<f64>,
-    /// The same of each stretch of the way, in the order of time.
+    /// The same for each stretch of the trajectory, in the order of time.
     pub over_time: Vec<Stretch>,
     /// Where it is torn or doubtful, the worst first.
     pub tears: Vec<Tear>,
     /// The loops that were closed, in the order of time.
     pub loops: Vec<ClosedLoop>,
-    /// How far off ways were then, in units of what was known of them: the median. None of few.
+    /// Median of the loop errors, in units of what was known of the relative poses. None if there
+    /// are too few.
     pub loop_ratio: Option<f64>,
-    /// Whether they are systematically known worse than is said.
+    /// Whether the errors are systematically larger than stated.
     pub is_overconfident: bool,
 }
 
 /// A loop that was closed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct ClosedLoop {
-    /// When its later end was seen first, s.
+    /// When its later end was first seen, s.
     pub at: f64,
-    /// What was known of the way: standard deviations, m and rad.
+    /// What was known of the relative pose: standard deviations, m and rad.
     pub doubt: [f64; 2],
-    /// How far it was off, m and rad.
+    /// By how much it was off, m and rad.
     pub found: [f64; 2],
-    /// The one in units of the other.
+    /// The error in units of the standard deviations.
     pub ratio: f64,
 }
 
-/// A stretch of the way, as long as a submap.
+/// A stretch of the trajectory, as long as a submap.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]
 pub struct Stretch {
-    /// Seconds, from and to, in which it was seen.
+    /// Time in which it was seen: from and to, s.
     pub seen: [f64; 2],
-    /// Of what the rest of the way says of its walls, the part that agrees, 0 to 1.
+    /// Part of what the rest of the trajectory says of its walls that agrees, 0 to 1.
     pub agreement: Option<f64>,
 }
 
@@ -59,21 +60,21 @@ pub struct Stretch {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]
 pub struct Tear {
-    /// Why.
+    /// The kind of tear.
     pub kind: TearName,
     /// x y, map frame, m.
     pub place: [f64; 2],
-    /// How far its sides are off, m.
+    /// How far its two sides are apart, m.
     pub off: Option<f64>,
-    /// Seconds, from and to, in which the one side was seen.
+    /// Time in which the one side was seen: from and to, s.
     pub earlier: [f64; 2],
     /// The same of the other side.
     pub later: [f64; 2],
-    /// Pairs of submaps that bear witness.
+    /// Number of pairs of submaps that show it.
     pub witnesses: usize,
 }
 
-/// A map that is being judged, so that the page can do other things meanwhile.
+/// A judgement in progress, in steps between which the page can do other things.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct WebJudgement {
@@ -82,7 +83,7 @@ pub struct WebJudgement {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// Begins to judge the map as it is now; nothing of methods that keep no submaps.
+    /// Begins to judge the map as it is now; nothing for methods without submaps.
     #[must_use]
     pub fn judge(&self) -> Option<WebJudgement> {
         let judgement = self.slam().view().map.map(ScanMatcher::judgement);
@@ -92,7 +93,7 @@ impl WebRun {
 
 #[wasm_bindgen]
 impl WebJudgement {
-    /// Judges on, by one submap: some milliseconds. `false` when there is none left.
+    /// Judges one more submap, in some milliseconds. `false` if none is left.
     pub fn step(&mut self, run: &WebRun) -> bool {
         let map = run.slam().view().map;
         map.is_some_and(|map| map.judge_on(&mut self.judgement))
@@ -104,7 +105,7 @@ impl WebJudgement {
         self.judgement.progress()
     }
 
-    /// What the map is worth.
+    /// The quality of the map.
     ///
     /// # Errors    None that a page can cause.
     pub fn quality(&self, run: &WebRun) -> Result<Option<Ts<Quality>>, WebError> {

@@ -1,4 +1,4 @@
-//! Reads a log of any kind, piece by piece, and begins the run that maps it.
+//! Reads a log of any kind, piece by piece, and starts the run that maps it.
 
 use std::iter::repeat;
 
@@ -23,40 +23,40 @@ use crate::run::{Source, WebRun};
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct ReplaySetup {
-    /// How it maps and finds itself.
+    /// The SLAM method.
     pub method: MethodName,
-    /// Settings that differ from their defaults; those of a sensor and of driving do not matter to
-    /// a log.
+    /// Settings that differ from their defaults; those of a sensor and of driving do not affect a
+    /// log.
     pub settings: SettingValues,
-    /// A twin with the odometry's settings runs beside the robot.
+    /// Whether a twin with the odometry's settings runs beside the robot.
     pub twin: bool,
-    /// The map that the method `prior-map` finds the robot in.
+    /// The map for the method `prior-map`.
     pub prior_map: Option<PriorMapSetup>,
     /// Poses over time from another file, on the clock of the log.
     pub poses: Option<GivenPoses>,
 }
 
-/// A file of poses, and what they are to a log.
+/// A file of poses, and how they relate to a log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct GivenPoses {
-    /// Of the file.
+    /// Name of the file.
     pub name: String,
-    /// What stands in it.
+    /// Its content.
     pub bytes: Uint8Array,
     /// What they are.
     pub are: PosesAs,
 }
 
-/// Errors of a run against poses that are true, aligned to it.
+/// Errors of a run compared with true poses, after alignment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct TruthCurve {
     /// Seconds since the first scan.
     pub times: Float32Array,
     /// Distance of the positions, m.
     pub position: Float32Array,
-    /// Heading, estimate less truth, rad.
+    /// Heading error: estimate minus truth, rad.
     pub heading: Float32Array,
-    /// What they come to, a sentence.
+    /// A summary, one sentence.
     pub words: String,
 }
 
@@ -66,7 +66,7 @@ pub struct TruthCurve {
 pub struct WebLogReader {
     reader: LogReader,
     setup: ReplaySetup,
-    /// Those of another file, which are read before a long log is.
+    /// Poses of another file, read before the log, which may be long.
     poses: Option<Poses>,
 }
 
@@ -79,13 +79,13 @@ struct Poses {
 
 #[wasm_bindgen]
 impl WebLogReader {
-    /// For a run with this setup.
+    /// A reader for a run with this setup.
     ///
-    /// # Errors    A sentence on a setting that cannot be.
+    /// # Errors    A sentence on an invalid setting.
     #[wasm_bindgen(constructor)]
     pub fn new(setup: &Ts<ReplaySetup>) -> Result<Self, WebError> {
         let setup = setup.to_rust()?;
-        // A setting that cannot be is reported before a long log is read.
+        // An invalid setting is reported before a long log is read.
         let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::pioneer());
         setup
             .settings
@@ -105,7 +105,7 @@ impl WebLogReader {
         Ok(self.reader.push(bytes)?)
     }
 
-    /// The log is all there: it can be mapped.
+    /// Ends the log and starts the run that maps it.
     ///
     /// # Errors    A sentence on what is wrong with the log, with its line or byte.
     pub fn finish(self) -> Result<WebRun, WebError> {
@@ -135,15 +135,15 @@ impl WebLogReader {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// For each scan of a recording so far, see `TRAIL`; there is no truth, unless another file
-    /// tells it. Of others the page follows the poses.
+    /// For each scan of a recording so far, see `TRAIL`; without truth, unless another file gives
+    /// it. For other sources the page collects the poses itself.
     #[must_use]
     pub fn trail(&self) -> Vec<f32> {
         let Source::Recording(replay) = &self.source else {
             return vec![];
         };
         let odometry = replay.odometry_trajectory();
-        // Of earlier runs in the same map no odometry is known.
+        // Odometry of earlier runs in the same map is unknown.
         let earlier = self.slam().earlier_scans();
         let poses = odometry.zip(replay.trajectory().into_iter().skip(earlier));
         let map = self.slam().view().map;
@@ -169,8 +169,7 @@ impl WebRun {
         ))
     }
 
-    /// Errors of the whole recording so far against poses that are true; `null` where nothing is
-    /// held against such.
+    /// Errors of the whole recording so far compared with true poses; `null` if there are none.
     ///
     /// # Errors    None that a page can cause.
     pub fn truth_curve(&self) -> Result<Option<Ts<TruthCurve>>, WebError> {
@@ -198,14 +197,14 @@ impl WebRun {
         typed(&curve).map(Some)
     }
 
-    /// The method that maps the log: without odometry it may be another than was asked for.
+    /// The method that maps the log; without odometry it may differ from the requested one.
     #[must_use]
     #[wasm_bindgen(unchecked_return_type = "MethodName")]
     pub fn method(&self) -> String {
         self.slam().method().name().to_owned()
     }
 
-    /// What the log holds, in words; empty without one.
+    /// What the log holds, in words; empty if the run is not from a log.
     #[must_use]
     pub fn summary(&self) -> String {
         match &self.source {

@@ -1,4 +1,4 @@
-//! Two clouds and all that can be asked of them, for the registration lab of the page.
+//! Two clouds and all that the registration lab of the page can ask of them.
 
 use nalgebra::{Point2, Vector2};
 use serde::{Deserialize, Serialize};
@@ -17,38 +17,38 @@ use crate::border::{
     Typed, VerdictName, WebError, flat, typed,
 };
 
-/// What the lab can be asked for.
+/// What the lab offers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct RegistrationOffer {
     /// Names of the methods.
     pub methods: Vec<String>,
-    /// Pairs of scans that are always there.
+    /// Built-in pairs of scans.
     pub pairs: Vec<PairInfo>,
-    /// What was measured of each method, by condition.
+    /// Measured results of each method, by condition.
     pub measured: Vec<MeasuredRow>,
-    /// Pairs of each condition that were measured.
+    /// Number of pairs measured under each condition.
     pub measured_pairs: u32,
 }
 
-/// A pair of scans that is always there.
+/// A built-in pair of scans.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct PairInfo {
     /// Its name.
     pub name: String,
-    /// What a person calls it.
+    /// Its title for people.
     pub title: String,
 }
 
-/// What was measured of a method under a condition.
+/// The measured result of a method under a condition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct MeasuredRow {
     /// Name of the condition.
     pub condition: String,
-    /// As a person reads it.
+    /// Its title for people.
     pub title: String,
     /// Name of the method.
     pub method: String,
-    /// Part found of all pairs, and of those with a near start.
+    /// Part of all pairs that was found, and of those with a near start.
     pub found: [f64; 2],
     /// Median time, µs.
     pub micros: f64,
@@ -57,15 +57,15 @@ pub struct MeasuredRow {
 /// Two clouds, x y x y ..., m, each in its own frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct CloudPair {
-    /// The one that stays.
+    /// The cloud that stays.
     pub fixed: Float64Array,
-    /// The one that is moved.
+    /// The cloud that is moved.
     pub moving: Float64Array,
-    /// x y heading of the moving one in the fixed one's frame.
+    /// x y heading of the moving cloud in the fixed cloud's frame.
     pub truth: [f64; 3],
 }
 
-/// Why a pair cannot be had.
+/// Why a pair is not available.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LabError {
@@ -86,21 +86,21 @@ crate::border::kinds! { Question: LabError; }
 pub struct Registered {
     /// x y heading.
     pub pose: [f64; 3],
-    /// Covariance of these, row by row.
+    /// Covariance of the pose, row by row.
     pub cov: [f64; 9],
-    /// Moving points on a surface of the fixed cloud, as a part of all.
+    /// Fraction of the moving points that lie on a surface of the fixed cloud.
     pub overlap: f64,
-    /// Root of their mean squared distance across it, m.
+    /// Root mean square distance of those points across the surface, m.
     pub residual: f64,
     /// Iterations taken.
     pub iterations: u32,
-    /// What it is worth.
+    /// The verdict on it.
     pub verdict: VerdictName,
-    /// x y of the direction that the clouds do not tell.
+    /// x y of the direction that the clouds do not determine.
     pub direction: Option<[f64; 2]>,
-    /// Part of the points that could agree and do; NaN where it was not in question.
+    /// Fraction of the points that could agree and do; NaN if it was not tested.
     pub agreement: f64,
-    /// What each iteration saw, see `ITERATION`.
+    /// The trace of the iterations, see `ITERATION`.
     pub steps: Float64Array,
 }
 
@@ -108,26 +108,26 @@ pub struct Registered {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct RegistrationAdvice {
-    /// The condition of the measured table that the scans are most like, as a person reads it.
+    /// The measured condition that the scans are most similar to, as its title for people.
     pub condition: String,
     /// Whether the start is near.
     pub is_near: bool,
-    /// How the clouds lie on each other: part of the points on a surface, σ across it in m, part of
-    /// the points that lie on none.
+    /// How the clouds fit together: fraction of points on a surface, σ across it in m, fraction of
+    /// points that lie on none.
     pub overlap: f64,
     /// See `overlap`.
     pub sigma: f64,
     /// See `overlap`.
     pub scatter: f64,
-    /// The method to take; its part found and its median time in µs.
+    /// The method to take, with its part found and its median time in µs.
     pub method: AdvisedMethod,
-    /// The one that was found most often.
+    /// The method that found the motion most often.
     pub surest: AdvisedMethod,
-    /// The one that takes the least time.
+    /// The fastest method.
     pub fastest: AdvisedMethod,
 }
 
-/// A method of an advice.
+/// A method in an advice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct AdvisedMethod {
     /// Its name.
@@ -148,20 +148,20 @@ impl AdvisedMethod {
     }
 }
 
-/// A map of starts to be made.
+/// Parameters of a map of starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct BasinAsk {
-    /// Of which method.
+    /// The method.
     pub method: String,
-    /// x y heading of the pose that is right.
+    /// x y heading of the correct pose.
     pub right: [f64; 3],
-    /// What the axes are.
+    /// The axes of the map.
     pub axes: BasinAxesName,
-    /// The farthest start to either side, m.
+    /// The farthest start in each direction, m.
     pub shift: f64,
-    /// The farthest turn, rad.
+    /// The largest turn, rad.
     pub turn: f64,
-    /// Cells along each side.
+    /// Number of cells along each side.
     pub cells: u32,
 }
 
@@ -192,9 +192,9 @@ pub fn registration_offer() -> Typed<RegistrationOffer> {
     })
 }
 
-/// A pair of scans that is always there.
+/// A built-in pair of scans.
 ///
-/// # Errors    A name that none has.
+/// # Errors    An unknown name.
 #[wasm_bindgen]
 pub fn builtin_pair(name: &str) -> Typed<CloudPair> {
     let builtin = BuiltinPair::ALL.iter().find(|pair| pair.name == name);
@@ -207,16 +207,16 @@ pub fn builtin_pair(name: &str) -> Typed<CloudPair> {
     })
 }
 
-/// x y x y ... of a list of points in a file.
+/// The points of a file as x y x y ...
 ///
-/// # Errors    A sentence with line and field of what is wrong.
+/// # Errors    A sentence on what is wrong, with line and field.
 #[wasm_bindgen]
 pub fn read_point_list(bytes: &[u8]) -> Result<Vec<f64>, WebError> {
     let points = point_list::read(bytes)?;
     Ok(points.iter().flat_map(|p| [p.x, p.y]).collect())
 }
 
-/// Two clouds, and what the methods made of them last.
+/// Two clouds, and the last results of the methods on them.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct WebClouds {
@@ -228,9 +228,9 @@ pub struct WebClouds {
 
 #[wasm_bindgen]
 impl WebClouds {
-    /// Of x y x y ..., m; `are_scans` where a sensor stood at the origin of each.
+    /// From x y x y ..., m; `are_scans` if a sensor stood at the origin of each.
     ///
-    /// # Errors    A point that is none, or too many.
+    /// # Errors    An invalid point, or too many.
     #[wasm_bindgen(constructor)]
     pub fn new(moving: &[f64], fixed: &[f64], are_scans: bool) -> Result<Self, WebError> {
         let cloud = if are_scans { Cloud::scan } else { Cloud::any };
@@ -241,9 +241,9 @@ impl WebClouds {
         })
     }
 
-    /// Registers by one method, from x y heading, and keeps how it came about.
+    /// Registers by one method, starting at x y heading, and keeps the trace.
     ///
-    /// # Errors    A name that no method has.
+    /// # Errors    An unknown method.
     pub fn register(&mut self, method: &str, start: &[f64]) -> Typed<Registered> {
         let config = method_named(method)?;
         let judge = JudgeConfig::default();
@@ -254,8 +254,8 @@ impl WebClouds {
         typed(&registered)
     }
 
-    /// Which points pulled where in an iteration of what a method did last, see `CORRESPONDENCE`;
-    /// of one that it did not come to, those of its last one.
+    /// Which points pulled where in an iteration of the method's last run, see `CORRESPONDENCE`;
+    /// beyond the last iteration, those of the last.
     #[must_use]
     pub fn correspondences(&self, method: &str, iteration: usize) -> Vec<f32> {
         let trace = self.traces.iter().find(|(name, _)| name == method);
@@ -271,8 +271,8 @@ impl WebClouds {
         }))
     }
 
-    /// Which method to take for these clouds, as they lie on each other at `right`, from `start`;
-    /// each x y heading.
+    /// Which method to take for these clouds, which truly lie at `right`, from `start`; each x y
+    /// heading.
     ///
     /// # Errors    None that a page can cause.
     pub fn advise(
@@ -303,7 +303,7 @@ impl WebClouds {
 
     /// A map of starts, still empty.
     ///
-    /// # Errors    A name that no method has.
+    /// # Errors    An unknown method.
     pub fn basin(&self, ask: &Ts<BasinAsk>) -> Result<WebBasin, WebError> {
         let ask = ask.to_rust()?;
         let method = method_named(&ask.method)?;
@@ -327,7 +327,7 @@ impl WebClouds {
     }
 }
 
-/// A map of starts that is being filled.
+/// A map of starts in progress.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct WebBasin(Basin);
@@ -396,7 +396,7 @@ fn pairs(points: &[Point2<f64>]) -> Float64Array {
     points.iter().flat_map(|p| [p.x, p.y]).collect()
 }
 
-/// A pose of x y heading; what is missing is 0.
+/// A pose from x y heading; missing numbers are 0.
 fn pose(numbers: &[f64]) -> Pose2 {
     let at = |index: usize| numbers.get(index).copied().unwrap_or_default();
     Pose2::new(at(0), at(1), at(2))

@@ -1,5 +1,5 @@
-//! The rest of the module: what a first visit does not run is a part of its own, which is loaded
-//! when it is asked for (`xtask/src/bin/split-module`).
+//! The rest of the module: what a first visit does not run is split off, and loaded on demand
+//! (`xtask/src/bin/split-module`).
 
 use wasm_bindgen::prelude::*;
 
@@ -9,8 +9,8 @@ extern "C" {
     fn ask_for_rest();
 }
 
-/// Loads the rest by the worker's own `loadRest`, and returns when it is there. Whatever needs the
-/// rest calls this by itself.
+/// Loads the rest by the worker's own `loadRest`, and returns when it is loaded. Code that needs
+/// the rest calls this by itself.
 #[wasm_bindgen]
 pub fn load_rest() {
     ask_for_rest();

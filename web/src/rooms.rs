@@ -12,11 +12,11 @@ use crate::view::polyline;
 /// The topological map: rooms, corridors and doors; map frame, m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct Rooms {
-    /// The largest first.
+    /// Rooms and corridors, the largest first.
     pub regions: Vec<Region>,
-    /// Between them.
+    /// The doors between them.
     pub doors: Vec<Doorway>,
-    /// Version of the grid that they are of.
+    /// Version of the grid that they are derived from.
     pub generation: u32,
     /// Its revision.
     pub revision: f64,
@@ -25,13 +25,13 @@ pub struct Rooms {
 /// A room or a corridor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct Region {
-    /// Which of the two.
+    /// Room or corridor.
     pub kind: RegionName,
     /// Free floor, m².
     pub area: f64,
-    /// x y of a place in its middle.
+    /// x y of a point in its middle.
     pub middle: [f64; 2],
-    /// Between its walls.
+    /// Distance between its walls.
     pub width: f64,
     /// x y of the corners of each outline.
     pub outlines: Vec<Float32Array>,
@@ -40,15 +40,15 @@ pub struct Region {
 /// A door between two regions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct Doorway {
-    /// Their places among the regions.
+    /// The indices of its two regions.
     pub regions: [u32; 2],
     /// x1 y1 x2 y2 of its posts.
     pub posts: [f64; 4],
-    /// x y between them.
+    /// x y of the point between them.
     pub middle: [f64; 2],
-    /// From post to post.
+    /// Distance between the posts.
     pub width: f64,
-    /// Both posts were seen.
+    /// Whether both posts were seen.
     pub framed: bool,
 }
 
@@ -67,7 +67,7 @@ impl WebRun {
 }
 
 impl Rooms {
-    /// What a version of a grid holds.
+    /// The topological map of this version of a grid.
     pub(crate) fn of(grid: &Grid, generation: u32) -> Self {
         let topology = Topology::of_grid(grid, &TopologyConfig::default());
         let regions = topology.regions().iter().zip(topology.outlines());

@@ -1,4 +1,4 @@
-//! Recordings of ROS, made into recordings that a run reads.
+//! Converts recordings of ROS into recordings that a run can read.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::format::ros::{RosLog, RosReader};
@@ -8,31 +8,31 @@ use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{ErrorKind, Typed, Uint8Array, WebError, typed};
 
-/// What a recording of ROS has to choose from.
+/// The choices in a recording of ROS.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct RosTopics {
     /// Topics with scans.
     pub scans: Vec<OfferedTopic>,
-    /// Topics with odometry, then transforms that move.
+    /// Topics with odometry, then moving transforms.
     pub odometry: Vec<OfferedTopic>,
-    /// Whether only a person can tell what is meant.
+    /// Whether a person has to choose, because it is ambiguous.
     pub must_ask: bool,
 }
 
 /// One thing to choose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct OfferedTopic {
-    /// What it is chosen by.
+    /// The name by which it is chosen.
     pub name: String,
-    /// What stands in it.
+    /// Its content, in words.
     pub words: String,
 }
 
 /// A recording of ROS as one of ours.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct ImportedLog {
-    /// A file that the reader of logs takes.
+    /// A file that the reader of logs accepts.
     #[tsify(type = "Uint8Array<ArrayBuffer>")]
     pub bytes: Uint8Array,
     /// What a person should know of it.
@@ -49,7 +49,7 @@ pub struct WebRosReader {
 
 #[wasm_bindgen]
 impl WebRosReader {
-    /// Of a file that begins with the first bytes that are pushed.
+    /// For a file whose first bytes are the next to be pushed.
     #[wasm_bindgen(constructor)]
     #[must_use]
     pub fn new() -> Self {
@@ -58,12 +58,12 @@ impl WebRosReader {
 
     /// Takes the next bytes, as many as there are.
     ///
-    /// # Errors    A sentence on what the file is instead.
+    /// # Errors    A sentence on what kind of file it is instead.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), WebError> {
         Ok(self.reader.push(bytes)?)
     }
 
-    /// The file is all there: what it has to choose from.
+    /// Ends the file; returns the choices in it.
     ///
     /// # Errors    A sentence on what is missing in it.
     pub fn finish(&mut self) -> Typed<RosTopics> {
@@ -77,7 +77,8 @@ impl WebRosReader {
         })
     }
 
-    /// The recording of these topics, or of those that can only be meant; odometry may be `none`.
+    /// The recording with these topics, or with the only possible ones if none are given; odometry
+    /// may be `none`.
     ///
     /// # Errors    A sentence on what has to be chosen, or what is missing.
     pub fn import(&self, scans: Option<String>, odometry: Option<String>) -> Typed<ImportedLog> {

@@ -1,4 +1,4 @@
-//! One run, for the page: SLAM and pilot with what feeds them, a simulation, a recording or a live
+//! One run, for the page: SLAM and pilot with their source, a simulation, a recording or a live
 //! robot.
 
 use std::cell::OnceCell;
@@ -23,27 +23,27 @@ use crate::landmarks::FoundLandmarks;
 use crate::status::RunStatus;
 
 names! {
-    /// What feeds a run.
+    /// The source of a run.
     SourceKind { Sim = "sim", Replay = "replay", Bridge = "bridge" }
 }
 
-/// Why a run cannot do what it was asked for.
+/// Why a run cannot do what was requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// Only a simulation has it.
+    /// Only a simulation can do it.
     #[error("only a simulation can do that")]
     NoSimulation,
     /// Only a robot behind a bridge has it.
     #[error("only a robot behind a bridge can do that")]
     NotLive,
-    /// A real robot's past.
+    /// A real robot cannot go back in time.
     #[error("what a real robot did cannot be done again: record it, and open the recording here")]
     Past,
-    /// A recorded robot has driven already.
+    /// A recorded robot cannot be driven.
     #[error("a recording cannot be driven")]
     Recorded,
-    /// σ(ρ) of a live robot.
+    /// σ(ρ) cannot be estimated from a live robot.
     #[error(
         "σ(ρ) is estimated from a recording: record the standing robot, and open the recording here"
     )]
@@ -55,7 +55,7 @@ pub enum RunError {
 
 crate::border::kinds! { Question: RunError; }
 
-/// What feeds a run.
+/// The source of a run.
 #[derive(Debug)]
 pub(crate) enum Source {
     Simulation(Box<Simulated>),
@@ -69,13 +69,13 @@ pub(crate) struct Simulated {
     pub(crate) experiment: Experiment,
     /// Settings of its robot and sensor before any change.
     pub(crate) defaults: Settings,
-    /// What can be explored at all; found out when it is first asked for.
+    /// What can be explored at all; computed on first use.
     pub(crate) area: OnceCell<ReachableArea>,
-    /// Of a link that is followed: periods until it was made, and the hash of the state then.
+    /// Of a followed link: number of periods until it was made, and the hash of the state then.
     pub(crate) expected: Option<(u64, u64)>,
-    /// What it is a try at.
+    /// The lesson that it is a try at.
     pub(crate) lesson: Option<&'static Lesson>,
-    /// What it had reached when it was over.
+    /// The grade when the try was over.
     pub(crate) graded: OnceCell<Grade>,
 }
 
@@ -92,7 +92,7 @@ impl Simulated {
     }
 }
 
-/// What a person should read.
+/// A message to a person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct Notice {
     /// Its severity.
@@ -111,15 +111,16 @@ pub struct WebRun {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// First half of a simulated control period: the pilot decides. Others decide by themselves.
+    /// First half of a simulated control period: the pilot decides. Other sources decide by
+    /// themselves.
     pub fn decide(&mut self) {
         if let Source::Simulation(sim) = &mut self.source {
             sim.experiment.decide();
         }
     }
 
-    /// The smallest step: a control period's second half of a simulation, the next scan of a
-    /// recording; false when there is none left. A live robot goes at its own pace.
+    /// The smallest step: the second half of a simulated control period, or the next scan of a
+    /// recording; false if there is none left. A live robot goes at its own pace.
     ///
     /// # Errors    A scan that cannot be used.
     pub fn advance(&mut self) -> Result<bool, WebError> {
@@ -149,9 +150,9 @@ impl WebRun {
         })
     }
 
-    /// Changes settings that act at once.
+    /// Changes settings that take effect at once.
     ///
-    /// # Errors    A sentence on a setting that cannot be; then all stay as they were.
+    /// # Errors    A sentence on an invalid setting; then none is changed.
     pub fn configure(&mut self, values: &Ts<SettingValues>) -> Result<(), WebError> {
         let values = values.to_rust()?;
         match &mut self.source {
@@ -166,7 +167,7 @@ impl WebRun {
         }
     }
 
-    /// What a person should read since the last call.
+    /// Messages for a person since the last call.
     ///
     /// # Errors    None that a page can cause.
     pub fn notices(&mut self) -> Result<Vec<Ts<Notice>>, WebError> {
@@ -182,8 +183,8 @@ impl WebRun {
         notices.iter().map(typed).collect()
     }
 
-    /// Fingerprint of the whole state of a simulation, the trajectory of a recording, pose and map
-    /// of a live robot: 16 hexadecimal digits.
+    /// Fingerprint of the state: all of it for a simulation, the trajectory for a recording, pose
+    /// and map for a live robot; 16 hexadecimal digits.
     #[must_use]
     pub fn state_hash(&self) -> String {
         let hash = match &self.source {
@@ -219,7 +220,8 @@ impl WebRun {
         self.session().slam()
     }
 
-    /// Of a recording whose log does not tell: a Pioneer, for most were recorded with one.
+    /// The robot; for a recording whose log does not say, a Pioneer, since most were recorded with
+    /// one.
     pub(crate) fn robot(&self) -> &RobotModel {
         self.session().robot()
     }

@@ -25,12 +25,12 @@ pub struct WebSavedMap {
     picture: SavedMapPicture,
 }
 
-/// What was taken out of a map, since newer parts of it cover that.
+/// What was removed from a map because newer parts of it cover the same area.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Tsify)]
 pub struct TakenOut {
-    /// Submaps.
+    /// Number of submaps.
     pub submaps: usize,
-    /// Keyframes.
+    /// Number of keyframes.
     pub keyframes: usize,
 }
 
@@ -38,7 +38,7 @@ pub struct TakenOut {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]
 pub struct SavedMapPicture {
-    /// Its grid; none of a map in which nothing was drawn.
+    /// Its grid; none if nothing is drawn in it.
     pub grid: Option<GridChange>,
     /// x y heading of the robot as it was left, map frame, m and rad.
     pub left: [f64; 3],
@@ -48,14 +48,14 @@ pub struct SavedMapPicture {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(tag = "from", rename_all = "kebab-case")]
 pub enum MapStart {
-    /// Where it was left; where it does not see that, anywhere.
+    /// Where the last run left it; if the surroundings do not match, anywhere.
     Left,
-    /// About here, map frame, m and rad.
+    /// Near this pose, map frame, m and rad.
     At {
         /// x y heading.
         pose: [f64; 3],
     },
-    /// Nothing is known of it.
+    /// Unknown.
     Anywhere,
 }
 
@@ -70,10 +70,10 @@ impl WebSavedMap {
         Self::of(experiment.title, experiment.settings, experiment.map)
     }
 
-    /// One map of this and another, whose file is given, in the frame of this one.
+    /// Merges this map with another, given as the bytes of its file, in the frame of this one.
     ///
     /// # Errors    A sentence on what is wrong with the file, and where; or that it is not proved
-    /// how the two lie to each other.
+    /// how the two lie relative to each other.
     pub fn merged(&self, bytes: &[u8]) -> Result<Self, WebError> {
         let other = slamlab::read(bytes)?;
         let config = ScanMatcherConfig::default();
@@ -83,7 +83,7 @@ impl WebSavedMap {
         Self::of(title, self.settings.clone(), map)
     }
 
-    /// Takes out what newer parts of the map cover.
+    /// Removes what newer parts of the map cover.
     ///
     /// # Errors    None that a page can cause.
     pub fn prune(&mut self) -> Typed<TakenOut> {
@@ -97,7 +97,7 @@ impl WebSavedMap {
 
     /// The file to save, named after `stem`.
     ///
-    /// # Errors    A map that is too long for a file.
+    /// # Errors    The map is too large for a file.
     pub fn file(&self, stem: &str) -> Typed<SavedFile> {
         let map = SavedMap::clone(&self.map);
         let bytes = written(self.title.clone(), self.settings.clone(), map)?;
@@ -113,7 +113,7 @@ impl WebSavedMap {
 }
 
 impl WebSavedMap {
-    /// # Errors    What cannot be taken up is said now, not when a run begins.
+    /// # Errors    A map that cannot be restored is refused here, not when a run begins.
     fn of(title: String, settings: Vec<(String, f64)>, map: SavedMap) -> Result<Self, WebError> {
         let mut matcher = map.matcher(ScanMatcherConfig::default())?;
         matcher.go_on(Start::Left);
@@ -150,9 +150,9 @@ impl From<MapStart> for Start {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// Goes on in a saved map, before anything was seen.
+    /// Goes on in a saved map; only before anything was seen.
     ///
-    /// # Errors    A sentence on why not: another method than scan matching.
+    /// # Errors    A sentence on why it is impossible: another method than scan matching.
     pub fn go_on_in(&mut self, saved: &WebSavedMap, start: &Ts<MapStart>) -> Result<(), WebError> {
         let saved = EarlierMap {
             map: Arc::clone(&saved.map),
@@ -166,7 +166,7 @@ impl WebRun {
         Ok(())
     }
 
-    /// The map as it is now, to be gone on in.
+    /// The present map as a saved map, to go on in.
     ///
     /// # Errors    A sentence on why there is none: another method than scan matching.
     pub fn as_saved_map(&self, title: &str) -> Result<WebSavedMap, WebError> {
@@ -175,7 +175,7 @@ impl WebRun {
 }
 
 impl WebRun {
-    /// The map as a file, to be gone on in later.
+    /// The map as a file, to go on in later.
     ///
     /// # Errors    [`RunError::NoSavedMap`] of methods other than scan matching.
     pub(crate) fn experiment_file(&self, stem: &str) -> Result<SavedFile, WebError> {

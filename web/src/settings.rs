@@ -10,8 +10,8 @@ use wasm_bindgen::prelude::wasm_bindgen;
 use crate::border::{SettingKind, SettingValues, WebError, typed};
 use crate::run::{Source, WebRun};
 
-/// One setting of a run; see `Setting` of the core. Numbers are as stored: what a person reads is
-/// `scale` times as much, in `unit`.
+/// One setting of a run; see `Setting` of the core. Numbers are as stored: a person reads `scale`
+/// times as much, in `unit`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[expect(missing_docs, reason = "names and units as in `Setting` of the core")]
@@ -29,11 +29,11 @@ pub struct SettingInfo {
     pub is_basic: bool,
     pub meaning: String,
     pub default: f64,
-    /// Key of the setting that it depends on; empty for none.
+    /// Key of the setting that it depends on; empty if there is none.
     pub needs: String,
-    /// Numbers of that one with which it has an effect; empty: all above 0.
+    /// Values of that setting with which it has an effect; empty: all above 0.
     pub needed: Vec<f64>,
-    /// Why it has no effect on this run; empty where it has.
+    /// Why it has no effect on this run; empty if it has one.
     pub idle: String,
 }
 
@@ -64,7 +64,7 @@ impl WebRun {
     /// All settings of this run, changed as given. Their defaults are those of its robot and
     /// sensor.
     ///
-    /// # Errors    A sentence on a setting that does not exist or cannot be so.
+    /// # Errors    A sentence on an unknown setting or an invalid value.
     pub fn settings(&self, changes: &Ts<SettingValues>) -> Result<Vec<Ts<SettingInfo>>, WebError> {
         let (source, defaults) = match &self.source {
             Source::Simulation(sim) => (SettingSource::Simulation, sim.defaults.clone()),
@@ -104,7 +104,7 @@ fn info(setting: &Setting, defaults: &Settings, settings: &Settings, scope: &Sco
         at_once: setting.acts == Acts::AtOnce,
         is_basic: setting.is_basic,
         meaning: setting.meaning.to_owned(),
-        // A setting that has no number here has no effect either.
+        // A setting without a number here has no effect either.
         default: default.unwrap_or(f64::NAN),
         needs: needs.to_owned(),
         needed,
@@ -112,7 +112,7 @@ fn info(setting: &Setting, defaults: &Settings, settings: &Settings, scope: &Sco
     }
 }
 
-/// The setting that this one depends on, and the numbers of that.
+/// The setting that this one depends on, and the required values.
 fn needs_of(setting: &Setting) -> (&'static str, Vec<f64>) {
     match setting.needs {
         Needs::Nothing | Needs::Sensor(_) => ("", vec![]),

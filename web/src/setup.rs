@@ -1,4 +1,4 @@
-//! What a simulated run starts from, as the page says it.
+//! What a simulated run starts from, in the page's form.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::experiment::ExperimentConfig;
@@ -17,19 +17,19 @@ use crate::calibration::Pairs;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SetupError {
-    /// No built-in world of that name.
+    /// No built-in world has this name.
     #[error("there is no world `{0}`; expected one of {expected}", expected = worlds::NAMES.join(", "))]
     World(String),
-    /// Calibration pairs for a sensor without.
+    /// Calibration pairs for a sensor that has no calibration.
     #[error("calibration pairs belong to IR rangers; this run has another sensor")]
     Calibration,
-    /// More than the page can show.
+    /// The seed is larger than the page can show.
     #[error("the seed is {0}, at most {max}", max = u32::MAX)]
     Seed(u64),
-    /// No lesson of that name.
+    /// No lesson has this name.
     #[error("there is no lesson `{0}`")]
     Lesson(String),
-    /// A goal to begin with.
+    /// A setup cannot begin with a goal.
     #[error("a run begins by hand or exploring: a goal is chosen on its map")]
     Goal,
 }
@@ -47,19 +47,19 @@ pub struct Setup {
     pub world_json: Option<String>,
     /// Name of the sensor.
     pub sensor: String,
-    /// Of all noise.
+    /// Seed of all noise.
     pub seed: u32,
-    /// How it maps and finds itself.
+    /// The SLAM method.
     pub method: MethodName,
     /// `manual` or `explore`.
     pub mode: Mode,
-    /// Scan standing, plan, one turn, one leg, again, whatever the sensor.
+    /// Whether to scan standing, plan, make one turn and one leg, and again, whatever the sensor.
     pub cycle: bool,
     /// Settings that differ from their defaults.
     pub settings: SettingValues,
-    /// Calibration of the rangers; null for that of the data sheet.
+    /// Calibration of the rangers; null for the one of the data sheet.
     pub calibration: Option<Pairs>,
-    /// The map that the method `prior-map` finds the robot in; null for the walls of the world.
+    /// The map for the method `prior-map`; null for the walls of the world.
     pub prior_map: Option<PriorMapSetup>,
     /// Name of the lesson that it is a try at; null for none.
     pub lesson: Option<String>,
@@ -68,7 +68,7 @@ pub struct Setup {
 impl Setup {
     /// The run that it describes, and the settings before its changes.
     ///
-    /// # Errors    A sentence on the first thing that cannot be.
+    /// # Errors    A sentence on the first thing that is invalid.
     pub(crate) fn read(&self) -> Result<(ExperimentConfig, Settings), WebError> {
         let world = self.load_world()?;
         let sensor: SensorKind = self.sensor.parse()?;

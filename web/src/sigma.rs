@@ -1,4 +1,4 @@
-//! σ(ρ) of a sensor from scans taken standing, for the page.
+//! σ(ρ) of a sensor from scans taken while standing, for the page.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::points::{SigmaBin as Bin, SigmaError, estimate_sigma};
@@ -10,42 +10,42 @@ use wasm_bindgen::prelude::wasm_bindgen;
 use crate::border::{Float64Array, GrowthName, Typed, typed};
 use crate::run::{RunError, Source, WebRun};
 
-/// Scans of a standing twin from which σ(ρ) is estimated.
+/// Number of scans of a standing twin from which σ(ρ) is estimated.
 const STANDING_SCANS: usize = 120;
-/// Points of the curve that the page draws.
+/// Number of points of the curve that the page draws.
 const CURVE: u32 = 60;
 
-/// σ(ρ) of a sensor with its doubts, as estimated from scans taken standing; m.
+/// σ(ρ) of a sensor with its uncertainty, estimated from scans taken while standing; m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct SigmaCurve {
     /// How it grows.
     pub growth: GrowthName,
-    /// Scans that were compared.
+    /// Number of scans that were compared.
     pub scans: u32,
-    /// Stretches in which the robot stood.
+    /// Number of intervals in which the robot stood.
     pub stretches: u32,
     /// a (m) of σ = a + b ρ or a + b ρ².
     pub constant: f64,
     /// b (m/m or m/m²).
     pub slope: f64,
-    /// The least σ to believe, m.
+    /// The smallest σ to use, m.
     pub least: f64,
     /// Standard deviation of a.
     pub constant_error: f64,
     /// Standard deviation of b.
     pub slope_error: f64,
-    /// Misfit of the bins over their variance.
+    /// χ² of the bins about the curve.
     pub chi_squared: f64,
     /// Its degrees of freedom.
     pub freedom: f64,
-    /// Readings by their ranges.
+    /// Readings grouped by range.
     pub bins: Vec<SigmaBin>,
     /// Ranges of the curve, m.
     pub curve_ranges: Float64Array,
     /// σ there, m.
     pub curve_sigmas: Float64Array,
-    /// σ there with which a simulation drew its noise, m; empty where nobody knows.
+    /// The true σ there, with which a simulation drew its noise, m; empty if unknown.
     pub truth: Float64Array,
 }
 
@@ -58,14 +58,14 @@ pub struct SigmaBin {
     pub sigma: f64,
     /// Standard deviation of that σ, m.
     pub error: f64,
-    /// Readings used.
+    /// Number of readings used.
     pub used: u32,
 }
 
 #[wasm_bindgen]
 impl WebRun {
-    /// σ(ρ) of the sensor: of a simulated one from scans of a twin that stands where the robot is,
-    /// of a recording from the stretches in which the robot stood.
+    /// σ(ρ) of the sensor: for a simulation from scans of a twin that stands where the robot is,
+    /// for a recording from the intervals in which the robot stood.
     ///
     /// # Errors    A sentence on why it cannot be estimated.
     pub fn estimate_sigma(&self, growth: &Ts<GrowthName>) -> Typed<SigmaCurve> {
@@ -102,7 +102,7 @@ impl From<&Bin> for SigmaBin {
 }
 
 impl SigmaCurve {
-    /// `truth`: σ at no distance and its growth, where a simulation knows them.
+    /// `truth`: σ at distance zero and its growth, if a simulation knows them.
     pub(crate) fn of(
         stretches: &[&[Scan]],
         growth: GrowthName,

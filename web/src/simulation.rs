@@ -22,7 +22,7 @@ use crate::view;
 impl WebRun {
     /// A simulated run from this setup.
     ///
-    /// # Errors    A sentence on the first thing that cannot be.
+    /// # Errors    A sentence on the first thing that is invalid.
     pub fn simulate(setup: &Ts<Setup>) -> Result<Self, WebError> {
         let setup = setup.to_rust()?;
         let lesson = setup.lesson()?;
@@ -39,10 +39,10 @@ impl WebRun {
         Ok(Self::of(source))
     }
 
-    /// The settings that differ from their defaults, where they were chosen anew since the last
-    /// call by what a link or an earlier run did at this time; nothing otherwise.
+    /// The settings that differ from their defaults, if repeated actions of a link or an earlier
+    /// run have changed them since the last call; nothing otherwise.
     ///
-    /// # Errors    None that input can reach: the border's.
+    /// # Errors    Never because of input, only at the border to the page.
     pub fn take_followed_settings(&mut self) -> Result<Option<Ts<SettingValues>>, WebError> {
         let Source::Simulation(sim) = &mut self.source else {
             return Ok(None);
@@ -54,22 +54,22 @@ impl WebRun {
             .transpose()
     }
 
-    /// Goes on to the next stage of the cycle; nothing where there is none.
+    /// Goes on to the next stage of the cycle; nothing if there is none.
     ///
-    /// # Errors    No simulation.
+    /// # Errors    The source is not a simulation.
     pub fn next_stage(&mut self) -> Result<Option<Ts<Stage>>, WebError> {
         let stage = self.simulated_mut()?.experiment.next_stage()?;
         stage.map(|stage| typed(&Stage::from(&stage))).transpose()
     }
 
-    /// Part of the reachable area that is known, 0 to 1; NaN where nobody knows the truth. Costs
-    /// more than a step, and at first as much as the world's floor is large.
+    /// Part of the reachable area that is known, 0 to 1; NaN if the truth is unknown. Costs more
+    /// than a step; the first call takes time proportional to the world's floor.
     #[must_use]
     pub fn explored(&self) -> f64 {
         self.simulated().map_or(f64::NAN, Simulated::explored)
     }
 
-    /// Area of the rectangle around the world, m²; infinite where nobody knows it.
+    /// Area of the bounding rectangle of the world, m²; infinite if it is unknown.
     #[must_use]
     pub fn extent(&self) -> f64 {
         self.simulated().map_or(f64::INFINITY, |sim| {
@@ -78,8 +78,8 @@ impl WebRun {
         })
     }
 
-    /// How well landmarks were found again so far, gate by gate, see `REFINDING`; nothing where
-    /// nobody knows the truth, and of methods without landmarks.
+    /// How well landmarks were found again so far, gate by gate, see `REFINDING`; nothing if the
+    /// truth is unknown, or for methods without landmarks.
     #[must_use]
     pub fn refinding(&self) -> Vec<f32> {
         let curve = self.simulated().map(|sim| sim.experiment.refinding());
@@ -104,7 +104,7 @@ impl WebRun {
         })
     }
 
-    /// What each of them is made of: 0 opaque, 1 glass, 2 dark.
+    /// Material of each true wall: 0 opaque, 1 glass, 2 dark.
     #[must_use]
     pub fn materials(&self) -> Vec<u8> {
         let walls = self.simulated().map_or(&[][..], Simulated::walls);
@@ -125,14 +125,14 @@ impl WebRun {
         Ok(experiment.set_door(index as usize, open)?)
     }
 
-    /// Carries the robot to a random free place; it does not notice.
+    /// Carries the robot to a random free place; the robot does not notice.
     ///
-    /// # Errors    The source is no simulation, or people stand everywhere.
+    /// # Errors    The source is not a simulation, or people stand everywhere.
     pub fn kidnap(&mut self) -> Result<(), WebError> {
         Ok(self.simulated_mut()?.experiment.kidnap(None)?)
     }
 
-    /// x y radius of what walks about.
+    /// x y radius of each moving object.
     #[must_use]
     pub fn movers(&self) -> Vec<f32> {
         self.simulated().map_or(vec![], |sim| {
@@ -147,9 +147,9 @@ impl WebRun {
         })
     }
 
-    /// The robot's drive controller on a bench: a step and a load.
+    /// Tests the robot's drive controller on a bench: a step and a load.
     ///
-    /// # Errors    No controller for the robot's figures, or motors that cannot be.
+    /// # Errors    No controller can be designed for the robot, or its motors are invalid.
     pub fn bench(&self, trial: &Ts<BenchTrial>) -> Typed<BenchResponse> {
         let robot = self.simulated()?.experiment.sim().robot();
         typed(&BenchResponse::of(robot, trial.to_rust()?)?)
@@ -186,13 +186,13 @@ impl Simulated {
         })
     }
 
-    /// What this try at a lesson has reached: by now, or when it was over.
+    /// The grade of this try at a lesson: now, or when it was over.
     pub(crate) fn grade(&self) -> Option<Grade> {
         let now = || Some(self.lesson?.grade(&self.experiment, self.area()));
         self.graded.get().cloned().or_else(now)
     }
 
-    /// Keeps what was reached as soon as the try is over: what happens then does not count.
+    /// Keeps the grade as soon as the try is over: what happens later does not count.
     pub(crate) fn note_grade(&mut self) {
         let is_over = self.lesson.is_some_and(|l| l.is_over(&self.experiment));
         if is_over && self.graded.get().is_none() {
@@ -225,7 +225,7 @@ impl Simulated {
         }))
     }
 
-    /// The walls that stand for good. Doors that are shut come after them.
+    /// The fixed walls. Doors that are shut come after them.
     fn walls(&self) -> &[Wall] {
         let sim = self.experiment.sim();
         let walls = sim.caster().walls();

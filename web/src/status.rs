@@ -11,12 +11,12 @@ use tsify::Tsify;
 
 use crate::border::{DiagnosisName, Level, LocalisationName, Mode, TaskState};
 
-/// The present numbers; poses in the map frame, m and rad. NaN where the source knows none.
+/// The present numbers; poses in the map frame, m and rad. NaN for what the source does not know.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct RunStatus {
-    /// Seconds of the simulation, the recording or the robot.
+    /// Time of the simulation, the recording or the robot, s.
     pub time: f64,
     /// How much of a recording is done, 0 to 1.
     pub progress: f64,
@@ -48,7 +48,7 @@ pub struct RunStatus {
     pub odometry_y: f64,
     /// Dead reckoning.
     pub odometry_heading: f64,
-    /// Way driven, m.
+    /// Distance driven, m.
     pub distance: f64,
     /// How often the robot touched something.
     pub contacts: f64,
@@ -56,13 +56,13 @@ pub struct RunStatus {
     pub goal_x: f64,
     /// Goal of the pilot, m.
     pub goal_y: f64,
-    /// Mean of the last scans, and its 95 % band.
+    /// NEES: mean of the last scans; its 95 % band follows.
     pub nees: f64,
     /// Its band.
     pub nees_low: f64,
     /// Its band.
     pub nees_high: f64,
-    /// The same for each degree of freedom of the innovations.
+    /// NIS: the same for each degree of freedom of the innovations.
     pub nis: f64,
     /// Its band.
     pub nis_low: f64,
@@ -70,61 +70,59 @@ pub struct RunStatus {
     pub nis_high: f64,
     /// What these figures say.
     pub diagnosis: DiagnosisName,
-    /// How far what was recognised in the last scan lay from where it was expected; `null` where
-    /// nothing was, and of methods that do not compare features.
+    /// How far the features matched in the last scan lay from where they were expected; `null` if
+    /// none were matched, and for methods that do not compare features.
     pub innovation: Option<Innovation>,
-    /// How the match of the last scan fits, root of the mean squared distance, m; `NaN` where it
-    /// was not matched, and of methods that match no whole scans.
+    /// Residual of the last scan's match, root mean square distance, m; `NaN` if it was not
+    /// matched, and for methods that do not match whole scans.
     pub scan_residual: f64,
-    /// Features of the last scan, or points of it that were matched; `NaN` where nobody counts.
+    /// Features of the last scan, or its points that were matched; `NaN` if they are not counted.
     pub features_seen: f64,
-    /// Those that are known.
+    /// How many of them were matched.
     pub features_matched: f64,
-    /// Those that became landmarks; `NaN` of points.
+    /// How many of them became landmarks; `NaN` for points.
     pub features_new: f64,
     /// Loops closed so far.
     pub loop_closures: u32,
-    /// The submap in which the robot is; 0 for methods without.
+    /// The submap in which the robot is; 0 for methods without submaps.
     pub submap: u32,
-    /// Of what the sensor hit lately, the part that stands in the prior map, 0 to 1; NaN without
-    /// one, or before enough was seen.
+    /// Part of the sensor's recent hits that lie on the prior map, 0 to 1; NaN without one, or
+    /// before enough was seen.
     pub prior_map_overlap: f64,
-    /// So little that this is probably another map, or another start in it.
+    /// The overlap is so small that this is probably another map, or another start in it.
     pub prior_map_misfit: bool,
-    /// Whether the pose in the prior map is to be believed; `null` from a method that does not
-    /// tell.
+    /// Whether the pose in the prior map can be trusted; `null` for a method that does not tell.
     pub localisation: Option<LocalisationName>,
-    /// Whether it is known where in the map the robot is; not while a run that goes on in a saved
-    /// map has not found its place.
+    /// Whether the robot's place in the map is known; false while a run that goes on in a saved map
+    /// has not found its place.
     pub placed: bool,
-    /// Of particles with maps, how many of equal weight would estimate as well; `NaN` of other
-    /// methods.
+    /// Effective number of particles with maps; `NaN` for other methods.
     pub effective_particles: f64,
-    /// Particles with maps; 0 of other methods.
+    /// Number of particles with maps; 0 for other methods.
     pub map_particles: u32,
-    /// Something was seen that the grid has no room for.
+    /// Something was seen for which the grid has no room.
     pub map_full: bool,
-    /// How often somebody did something to a simulation that was not due to be done again; 0 of
-    /// other sources.
+    /// Number of actions in a simulation that were not repetitions of recorded ones; 0 for other
+    /// sources.
     pub by_hand: u32,
     /// Who decides where to go.
     pub mode: Mode,
     /// What the pilot is doing; `null` for a recording.
     pub task: Option<Task>,
-    /// The task is over, or the recording.
+    /// The task or the recording is over.
     pub finished: bool,
     /// Half length of the robot, m.
     pub half_length: f64,
     /// Half width of the robot, m.
     pub half_width: f64,
-    /// Walls are touched by that rectangle; otherwise by the disc around it.
+    /// Whether this rectangle collides with walls; otherwise the disc around it does.
     pub is_rectangle: bool,
-    /// Half the opening of a sonar's cone, rad; 0 for a ray of light.
+    /// Half the opening angle of a sonar's cone, rad; 0 for a laser beam.
     pub beam_half_angle: f64,
 }
 
-/// Innovations of a scan with their standard deviations, `NaN` where nothing of that kind was
-/// recognised; see `Innovations` of the core.
+/// Innovations of a scan with their standard deviations, `NaN` if no feature of that kind was
+/// matched; see `Innovations` of the core.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct Innovation {
@@ -136,11 +134,11 @@ pub struct Innovation {
     pub r: f64,
     /// Its σ.
     pub r_sigma: f64,
-    /// Points, ahead of the robot, m.
+    /// Points: forward of the robot, m.
     pub x: f64,
     /// Its σ.
     pub x_sigma: f64,
-    /// Points, to its left, m.
+    /// Points: left of the robot, m.
     pub y: f64,
     /// Its σ.
     pub y_sigma: f64,
@@ -172,11 +170,11 @@ impl Innovation {
 pub struct Task {
     /// What it is doing.
     pub state: TaskState,
-    /// `good` if all that was asked is done, `warn` if something is left or it waits for something.
+    /// `good` if all that was asked is done, `warn` if something is left or it is waiting.
     pub level: Level,
     /// The same in words.
     pub text: String,
-    /// What found the path, as a part of a sentence.
+    /// What found the path, as part of a sentence.
     pub planner: Option<String>,
 }
 
@@ -203,20 +201,20 @@ impl Task {
     }
 }
 
-/// The number of the submap that is being made.
+/// The number of the submap in progress.
 fn running_submap(slam: &Slam) -> usize {
     let submaps = slam.view().map.map_or(0, |map| map.submaps().len());
     submaps.saturating_sub(1)
 }
 
-/// How many particles there are, of a method that maps by them.
+/// The number of particles of a method that maps with particles.
 fn map_particles(slam: &Slam) -> usize {
     let view = slam.view();
     (view.effective_particles).map_or(0, |_| view.particles.len())
 }
 
 impl RunStatus {
-    /// Where the robot truly is, map frame, for a source that knows it.
+    /// Adds the robot's true pose, map frame, if the source knows it.
     pub(crate) fn with_truth(self, truth: Option<Pose2>) -> Self {
         let of = |value: fn(&Pose2) -> f64| truth.as_ref().map_or(f64::NAN, value);
         Self {
@@ -227,7 +225,7 @@ impl RunStatus {
         }
     }
 
-    /// What every source knows; of a robot that somebody drives, what its pilot is about.
+    /// What every source knows; if the robot is driven, also what its pilot is doing.
     pub(crate) fn of(session: &Session, is_driven: bool) -> Self {
         let (odometry, consistency) = (session.dead_reckoning(), session.consistency());
         let (estimate, slam, robot) = (session.shown_estimate(), session.slam(), session.robot());

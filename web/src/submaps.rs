@@ -14,37 +14,37 @@ use crate::export::{ExportError, SavedFile};
 use crate::run::{Source, WebRun};
 use crate::view::{flag, polyline};
 
-/// Points of the surfaces of a submap that a page is given: enough to see its walls.
+/// Maximum number of surface points of a submap that the page is given: enough to see its walls.
 const MOST_SURFACES: usize = 120;
 
-/// Submaps and loop closures. Surfaces are in the frame of their submap, so that they cross once,
-/// wherever it moves.
+/// Submaps and loop closures. Surfaces are in the frame of their submap and are therefore sent only
+/// once, wherever it moves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct Submaps {
-    /// Hand it in next time to get what changed since.
+    /// Pass it to the next call to get what changed since.
     pub version: f64,
-    /// All submaps, see `SUBMAP`; the last one is still being made.
+    /// All submaps, see `SUBMAP`; the last one is still in progress.
     pub poses: Float32Array,
-    /// Numbers in `surfaces` of each submap that is complete now and was not known to be.
+    /// Number of values in `surfaces` for each newly completed submap.
     pub lengths: Uint32Array,
     /// x y of their surfaces.
     pub surfaces: Float32Array,
-    /// Of each of those, see `EXTENT`.
+    /// The extent of each of those submaps, see `EXTENT`.
     pub extents: Float32Array,
-    /// So many can be taken out, the first ones.
+    /// How many submaps, counted from the first, can be removed.
     pub removable: usize,
-    /// The number of the one that was taken out last and can be put back.
+    /// The number of the submap that was removed last and can be put back.
     pub undoable: Option<usize>,
-    /// All placements of one submap in another that are remembered, see `CLOSURE`.
+    /// All remembered placements of one submap in another, see `CLOSURE`.
     pub closures: Float32Array,
-    /// What became of each.
+    /// The outcome of each.
     pub outcomes: Vec<ClosureOutcome>,
 }
 
 #[wasm_bindgen]
 impl WebRun {
-    /// Submaps and loop closures, for someone who knows `version` of them and the surfaces of the
-    /// first `known`; nothing where that is the newest, and for methods without.
+    /// Submaps and loop closures, for a reader who knows `version` of them and the surfaces of the
+    /// first `known`; nothing if that version is the newest, and for methods without submaps.
     ///
     /// # Errors    None that a page can cause.
     pub fn submaps(&self, version: f64, known: u32) -> Result<Option<Ts<Submaps>>, WebError> {
@@ -54,9 +54,10 @@ impl WebRun {
         submaps.as_ref().map(typed).transpose()
     }
 
-    /// Takes a submap out of the map, by its number.
+    /// Removes a submap from the map, by its number.
     ///
-    /// # Errors    A sentence on why not: another method than scan matching, or one that is needed.
+    /// # Errors    A sentence on why it is impossible: another method than scan matching, or a
+    /// submap that is needed.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), WebError> {
         self.landmarks.forget();
         match &mut self.source {
@@ -67,8 +68,8 @@ impl WebRun {
         Ok(())
     }
 
-    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
-    /// none that can come back.
+    /// Puts back the submap that was removed last, and returns its number; `None` if there is none
+    /// to put back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.landmarks.forget();
         match &mut self.source {

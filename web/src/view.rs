@@ -21,13 +21,13 @@ use crate::border::{
 };
 use crate::run::WebRun;
 
-/// Hypotheses and particles that a page is given at once.
+/// Maximum numbers of hypotheses and of particles that the page is given at once.
 const MOST_HYPOTHESES: usize = 64;
 const MOST_PARTICLES: usize = 500;
 /// Cells along one side of a block of the grid.
 const BLOCK_CELLS: u32 = 64;
 
-/// Grid blocks that changed.
+/// Blocks of the grid that changed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct GridChange {
@@ -37,8 +37,8 @@ pub struct GridChange {
     pub block_cells: u32,
     /// Column and row of each block, in blocks.
     pub index: Int32Array,
-    /// Cells of each block in rows from the lower left: 0 unknown, else 1 + 254 p, p the
-    /// probability of an obstacle; of a field 1 + the value in steps, 255 for all that is more.
+    /// Cells of each block in rows from the lower left: 0 unknown, else 1 + 254 p with the
+    /// probability p of an obstacle; for a field 1 + the value in steps, limited to 255.
     pub cells: Uint8Array,
 }
 
@@ -51,8 +51,8 @@ impl WebRun {
         typed(&SlamView::since(self.session(), generation, revision))
     }
 
-    /// Walls that the last scan showed to be parts of others: the one that stays and the one that
-    /// goes, pair by pair.
+    /// Pairs of walls that the last scan showed to be the same: the one that stays and the one that
+    /// is removed.
     #[must_use]
     pub fn merged(&self) -> Vec<u32> {
         let update = self.slam().view().update;
@@ -60,8 +60,8 @@ impl WebRun {
         merged.flat_map(|m| [m.kept.0, m.gone.0]).collect()
     }
 
-    /// Corners, spikes, crossings and circles of the last scan, see `POINT`. Costs more than a look
-    /// at what is there.
+    /// Corners, spikes, crossings and circles of the last scan, see `POINT`. Costs more than
+    /// reading what is there.
     ///
     /// # Errors    None that a page can cause.
     pub fn points_found(&self) -> Result<Vec<f32>, WebError> {
@@ -78,7 +78,7 @@ impl WebRun {
         ))
     }
 
-    /// What moves about, see `TRACK`.
+    /// Tracks of moving objects, see `TRACK`.
     #[must_use]
     pub fn tracks(&self) -> Vec<f32> {
         let map_from_robot = map_from_robot_at_scan(self.session());
@@ -86,7 +86,7 @@ impl WebRun {
         flat(tracks.map(|track| TrackRow::of(track, &map_from_robot)))
     }
 
-    /// x y of what the last scan hit that was kept out of pose and map, m.
+    /// x y of the hits of the last scan that were kept out of pose and map, m.
     #[must_use]
     pub fn taken_out(&self) -> Vec<f32> {
         let map_from_robot = map_from_robot_at_scan(self.session());
@@ -106,8 +106,8 @@ impl WebRun {
         ends.flat_map(pair).collect()
     }
 
-    /// Poses that the robot may have, see `HYPOTHESIS`, the likeliest first; empty where it knows,
-    /// and for methods that have one pose only.
+    /// Poses that the robot may have, see `HYPOTHESIS`, the likeliest first; empty if it is
+    /// localised, and for methods with a single pose.
     #[must_use]
     pub fn hypotheses(&self) -> Vec<f32> {
         let view = self.slam().view();
@@ -126,8 +126,8 @@ impl WebRun {
         }))
     }
 
-    /// x y of the particles behind them, at most some hundreds; none of a robot that knows where it
-    /// is in a prior map. Of particles with maps, all, always.
+    /// x y of the particles behind the hypotheses, at most some hundreds; none if the robot is
+    /// localised in a prior map. Particles with maps are always given.
     #[must_use]
     pub fn particles(&self) -> Vec<f32> {
         let view = self.slam().view();
@@ -152,12 +152,12 @@ impl WebRun {
 }
 
 impl GridChange {
-    /// All of a grid; nothing of an empty one.
+    /// A whole grid; nothing if it is empty.
     pub(crate) fn whole(grid: &Grid) -> Option<Self> {
         Self::since(grid, 0)
     }
 
-    /// Of a grid what changed since a revision.
+    /// What changed in a grid since a revision.
     pub(crate) fn since(grid: &Grid, revision: u64) -> Option<Self> {
         let (mut index, mut cells) = (vec![], vec![]);
         for (block, log_odds) in grid.blocks_since(revision) {
@@ -167,7 +167,7 @@ impl GridChange {
         Self::of(grid.resolution(), index, cells)
     }
 
-    /// Nothing where no block changed.
+    /// Nothing if no block changed.
     pub(crate) fn of(resolution: f64, index: Vec<i32>, cells: Vec<u8>) -> Option<Self> {
         (!index.is_empty()).then(|| Self {
             resolution,
@@ -178,30 +178,30 @@ impl GridChange {
     }
 }
 
-/// What a person sees of [`Slam`], whatever feeds it: map frame, m and rad.
+/// What a person sees of [`Slam`], for any source: map frame, m and rad.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct SlamView {
-    /// Changes when the grid was redrawn and old blocks are worth nothing.
+    /// Changes when the grid was redrawn and old blocks are invalid.
     pub generation: u32,
-    /// With `generation`, hand it in next time to get what changed since.
+    /// Pass it with `generation` to the next call to get what changed since.
     pub revision: f64,
     /// The grid where it changed.
     pub grid: Option<GridChange>,
-    /// x y of what the last scan hit.
+    /// x y of the hits of the last scan.
     pub scan: Float32Array,
     /// How each of these was read, see `BEAM`.
     pub beams: Float32Array,
     /// x1 y1 x2 y2 of the lines found in the last scan.
     pub found: Float32Array,
-    /// The walls of the line map, see `LINE`; none while they are those that were shown.
+    /// The walls of the line map, see `LINE`; none while the present ones are not to be shown yet.
     pub lines: Option<Float64Array>,
 }
 
 impl SlamView {
-    /// The view of someone who knows the grid up to `revision` of `generation`. Somebody who
-    /// follows the cycle stage by stage sees what each stage changed when that stage is shown.
+    /// The view for a reader who knows the grid up to `revision` of `generation`. In the cycle
+    /// stage by stage, changes appear when their stage is shown.
     pub(crate) fn since(session: &Session, generation: u32, revision: f64) -> Self {
         let slam = session.slam();
         let (layers, now) = (slam.layers(), slam.shown_version() as u32);
@@ -233,7 +233,7 @@ impl SlamView {
     }
 }
 
-/// A probability as one byte that keeps "nothing known" apart from "as likely as not".
+/// A probability as one byte in which "unknown" differs from "as likely as not".
 fn tone(log_odds: f32) -> u8 {
     if log_odds == 0.0 {
         return 0;
@@ -322,7 +322,7 @@ impl TrackRow {
     }
 }
 
-/// A covariance of the robot frame in the map frame.
+/// A covariance in the robot frame, rotated into the map frame.
 fn turned(cov: &Matrix2<f64>, map_from_robot: &Pose2) -> Matrix2<f64> {
     // Columns of the rotation.
     let axes = [Vector2::x(), Vector2::y()].map(|axis| map_from_robot.rotate(axis));
@@ -330,7 +330,7 @@ fn turned(cov: &Matrix2<f64>, map_from_robot: &Pose2) -> Matrix2<f64> {
     turn * cov * turn.transpose()
 }
 
-/// A number for yes or no.
+/// A boolean as a number.
 pub(crate) fn flag(yes: bool) -> f64 {
     f64::from(u8::from(yes))
 }

@@ -48,12 +48,12 @@ fn setup(world: &str, json: Option<&str>) -> Setup {
     }
 }
 
-/// As the page hands it over.
+/// A value as the page passes it.
 fn ts<T: Tsify + serde::Serialize>(value: &T) -> Ts<T> {
     value.into_ts().expect("an object")
 }
 
-/// As the page gets it.
+/// A result as the page receives it.
 fn rust<T: Tsify + serde::de::DeserializeOwned>(typed: Result<Ts<T>, WebError>) -> T
 where
     T::JsType: Clone,
@@ -101,7 +101,7 @@ fn every_name_that_the_page_offers_begins_a_run() {
     }
 }
 
-/// Metres from the wall at which a robot comes to stand that is driven at it by hand.
+/// Distance from the wall at which a robot that is driven towards it by hand comes to a stop, m.
 fn room_ahead(run: &mut WebRun) -> f64 {
     run.drive(1.0, 0.0);
     for _ in 0..200 {
@@ -141,7 +141,7 @@ fn settings_are_listed_as_they_are_for_the_run() {
         let hit = settings.find(|setting| setting.key == "grid.hit");
         hit.expect("a row of the table").default
     };
-    // Rangers see each cell a few times at most: a hit counts more.
+    // Rangers see each cell only a few times, so a hit counts more.
     assert!(listed("rangers") > listed("lidar"));
 }
 
@@ -476,7 +476,7 @@ fn a_map_of_starts_comes_cell_by_cell_and_bad_questions_are_refused() {
         rows.push(row);
     }
     assert_eq!((rows.len(), basin.progress()), (25, 1.0));
-    // From the right pose, in the middle, it is found.
+    // From the correct pose, in the middle, the registration succeeds.
     let middle = rows.iter().find(|row| row[0] == 12.0).expect("all cells");
     assert_eq!(BasinOutcomeName::NAMES[middle[1] as usize], "found");
     ask.method = "magic".to_owned();
@@ -501,7 +501,7 @@ fn a_bad_log_is_refused_with_its_line() {
     assert!(refuse(&[0xc3, 0x28, 0x80, 0xfe]).contains("no text"));
     let text = log(3);
     assert!(refuse(&text.as_bytes()[..text.len() - 700]).contains("line 3"));
-    // NaN costs a beam; a word that is no number ends the reading.
+    // NaN costs one beam; a word that is not a number ends the reading.
     let word = text.replacen(" 2.00 ", " two ", 1);
     assert!(refuse(word.as_bytes()).contains("`two`"));
     let nan = text.replacen(" 2.00 ", " nan ", 1);

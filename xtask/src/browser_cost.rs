@@ -1,20 +1,20 @@
-//! `browser-cost`: what does the browser add to an update of the line filter, to a registration,
-//! and to a scan?
+//! `browser-cost`: how much slower is the browser for an update of the line filter, for a
+//! registration, and for a scan?
 //!
-//! In: a machine with Chromium. Out: one JSON object with the milliseconds of an update of
-//! the line filter with one match at 100, 300 and 1 000 landmarks, of the registration of two scans
-//! by each method, and of a scan by scan matching: of a loop of our own and, where the recorded
-//! data is, of Intel. One build right after the other:
+//! In: a machine with Chromium. Out: one JSON object with the milliseconds of an update of the line
+//! filter with one match at 100, 300 and 1 000 landmarks, of the registration of two scans by each
+//! method, and of a scan by scan matching: in a loop of our own and, if the recorded data is there,
+//! in Intel. The builds run one right after the other:
 //!
 //! | build | vector instructions |
 //! |---|---|
-//! | `native` | cargo profile `release`, as everybody builds it: 256 bits, where the machine turns out to have them |
+//! | `native` | cargo profile `release`, as everybody builds it: 256 bits, if the machine has them |
 //! | `narrow` | the same with the feature `narrow`: 128 bits, as every x86-64 has |
 //! | `browser` | profile `wasm`: 128 bits, as `.cargo/config.toml` says; WebAssembly has no wider ones |
 //!
-//! An error where the browser takes more than `MOST` times as long as `narrow`: that is what the
-//! browser adds. What it lacks, the wider instructions, is the ratio to `native`, which stands
-//! beside it.
+//! It is an error if the browser takes more than `MOST` times as long as `narrow`: that is the cost
+//! of the browser itself. The cost of lacking wider instructions shows in the ratio to `native`,
+//! which is printed beside it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,7 +25,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::tools;
 
-/// How many times as long as natively, with instructions as wide, it may take in the browser.
+/// Maximum ratio of the time in the browser to the native time with equally wide instructions.
 const MOST: f64 = 1.5;
 
 /// Measures both, prints the figures, and judges.
@@ -88,8 +88,8 @@ pub fn report() -> Result<()> {
     )
 }
 
-/// A log where the server of the browser's test finds it, until this is dropped: it knows that
-/// package's folder and no other.
+/// A copy of a log where the server of the browser's test finds it, until this is dropped: the
+/// server only knows that package's folder.
 struct Lent(PathBuf);
 
 impl Lent {
@@ -108,7 +108,7 @@ impl Drop for Lent {
     }
 }
 
-/// Milliseconds, by what was measured.
+/// Milliseconds, by the name of what was measured.
 type Costs = BTreeMap<String, f64>;
 
 /// Runs a command and reads the lines `cost NAME MS` from what it prints.

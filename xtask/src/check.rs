@@ -1,4 +1,4 @@
-//! What must hold before a change is handed over, apart from tests.
+//! What must hold before a change is handed over, except for tests.
 
 use anyhow::Result;
 
@@ -6,10 +6,10 @@ use crate::report::Report;
 use crate::{page, results, rules, tools};
 
 /// House rules, formatting, lints natively and for wasm32, documentation, TypeScript types, and
-/// which results have grown old.
+/// which results are out of date.
 ///
 /// # Errors
-/// If one of them fails; the others run all the same.
+/// If one of them fails; the others still run.
 pub fn all() -> Result<()> {
     let mut report = Report::default();
     report.step("house rules", rules::check);

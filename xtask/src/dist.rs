@@ -1,5 +1,5 @@
-//! A folder that any web server serves, under any path and without special headers: the page as it
-//! is embedded in the bridge, less what only the bridge makes use of.
+//! A folder that any web server can serve, under any path and without special headers: the page as
+//! embedded in the bridge, without what only the bridge uses.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,14 +9,14 @@ use anyhow::{Context, Result, bail};
 use crate::wasm::Profile;
 use crate::{page, tools};
 
-/// What the page asks first of its server. A bridge answers with what is behind it.
+/// The answer to the page's first request to its server. A bridge answers with what is behind it.
 const NO_BRIDGE: &str = "{ \"static\": true }\n";
 
-/// Which file tells a folder that was filled before.
+/// The file that identifies a folder filled before.
 const SIGN: &str = "offline_worker.js";
 
 /// Builds the page and fills `out` with it, `target/dist` if none is named. Files of an earlier
-/// build are replaced; what else lies there stays.
+/// build are replaced; other files there stay.
 ///
 /// # Errors
 /// If the page cannot be built, or `out` has something else in it.
@@ -28,7 +28,7 @@ pub fn fill(out: Option<PathBuf>) -> Result<PathBuf> {
     Ok(out)
 }
 
-/// As [`fill`], from a page that was built.
+/// As [`fill`], from a page that is already built.
 ///
 /// # Errors
 /// If a file cannot be copied.
@@ -53,13 +53,13 @@ fn refuse_foreign(out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// As `.git` is.
+/// Like `.git`.
 fn is_hidden(entry: &fs::DirEntry) -> bool {
     entry.file_name().to_string_lossy().starts_with('.')
 }
 
-/// All but source maps, which are as large as the rest, and what is compressed beforehand: plain
-/// servers do not look for it.
+/// Copies all but source maps, which are as large as the rest, and compressed files, which plain
+/// servers do not look for.
 fn copy(from: &Path, to: &Path) -> Result<()> {
     fs::create_dir_all(to).with_context(|| format!("cannot make {}", to.display()))?;
     for entry in fs::read_dir(from).with_context(|| format!("cannot read {}", from.display()))? {

@@ -8,8 +8,8 @@ use anyhow::Result;
 use crate::suites::Suite;
 use crate::{setup, skips, tools};
 
-/// Compiles the firmware and runs its tests, where everything they need is there; else says what is
-/// missing, and passes.
+/// Compiles the firmware and runs its tests, if everything they need is there; otherwise reports
+/// what is missing, and passes.
 ///
 /// # Errors
 /// If the firmware does not compile without warnings, or a test fails.
@@ -20,8 +20,8 @@ pub fn test() -> Result<()> {
     tools::run(cargo("test").arg("--no-fail-fast"))
 }
 
-/// Compiles the real firmware's robot on a pseudo-terminal; `None`, and a sentence, where what it
-/// needs is not there.
+/// Compiles the robot with the real firmware on a pseudo-terminal; `None`, and a message, if
+/// something that it needs is missing.
 ///
 /// # Errors
 /// If it does not compile.
@@ -33,7 +33,7 @@ pub fn build_simulator() -> Result<Option<PathBuf>> {
     Ok(Some(tools::target_dir().join("debug/rp6_sim")))
 }
 
-/// Whether this cannot run here; then it is noted as skipped.
+/// Whether this cannot run here; it is then recorded as skipped.
 fn is_skipped(what: &str) -> Result<bool> {
     let missing = missing();
     if missing.is_empty() {
@@ -43,12 +43,12 @@ fn is_skipped(what: &str) -> Result<bool> {
     Ok(true)
 }
 
-/// Cargo, in the workspace of the firmware's tests.
+/// Cargo in the workspace of the firmware's tests.
 fn cargo(command: &str) -> Command {
     let manifest = tools::root().join("tests/firmware/Cargo.toml");
     let mut cargo = tools::cargo();
     cargo.env("CARGO_TARGET_DIR", tools::target_dir());
-    // libclang alone does not bring the compiler's own headers.
+    // libclang alone does not include the compiler's own headers.
     if let Some(headers) = compiler_headers() {
         cargo.env(
             "BINDGEN_EXTRA_CLANG_ARGS",
@@ -59,7 +59,7 @@ fn cargo(command: &str) -> Command {
     cargo
 }
 
-/// What is missing, by Debian's names.
+/// What is missing, by the names of Debian's packages.
 fn missing() -> Vec<&'static str> {
     let mut missing = setup::missing(&[Suite::Firmware]);
     if !tools::is_in_path("cc") {
@@ -78,14 +78,15 @@ pub fn has_avr_libc() -> bool {
     file_of(compiler.args(["-mmcu=atmega32", "-print-file-name=libc.a"])).is_some()
 }
 
-/// Whether there is such a library to compile against.
+/// Whether this library is there to compile against.
 #[must_use]
 pub fn has_library(name: &str) -> bool {
     let mut pkg_config = Command::new("pkg-config");
     tools::quiet_output(pkg_config.args(["--exists", name])).is_ok()
 }
 
-/// Whether libclang is where bindgen looks for it: the variable, or LLVM's folders.
+/// Whether libclang is where bindgen looks for it: in the folder named by the variable, or in
+/// LLVM's folders.
 #[must_use]
 pub fn has_libclang() -> bool {
     if std::env::var_os("LIBCLANG_PATH").is_some() {
@@ -125,7 +126,7 @@ fn compiler_headers() -> Option<PathBuf> {
     file_of(Command::new("cc").arg("-print-file-name=include"))
 }
 
-/// The file that a compiler names; one that it does not find is named without a folder.
+/// The file that a compiler names; it names a file that it does not find without a folder.
 fn file_of(compiler: &mut Command) -> Option<PathBuf> {
     let path = PathBuf::from(tools::quiet_output(compiler).ok()?);
     path.is_absolute().then_some(path)

@@ -1,13 +1,13 @@
 //! `router` and `fleet`: robots at a Zenoh router, and the page that shows them all.
 //!
-//! Apart from the other reports: what they measure is built with a feature that takes minutes to
-//! compile, and by the profile of the tests, which have compiled most of the rest.
+//! Separate from the other reports because what they measure is built with a feature that takes
+//! minutes to compile, in the profile of the tests, which have already compiled most of the rest.
 //!
 //! | part of `fleet` | by |
 //! |---|---|
 //! | bridges, simulated robots, cost of a robot | `tests/examples/router_report` |
 //! | the page of one of three bridges: seen, stopped, missed | `tests/page/fleet_router.measure.ts` |
-//! | pictures a second of a hundred robots | `tests/page/fleet.measure.ts` |
+//! | frames per second with a hundred robots | `tests/page/fleet.measure.ts` |
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -30,7 +30,7 @@ pub fn router() -> Result<()> {
     tools::run(&mut reporter(&tools::built("debug/slamlab-bridge")))
 }
 
-/// All parts of `fleet`, as one JSON; one that fails does not keep the next from being measured.
+/// All parts of `fleet`, as one JSON object; if one fails, the next is still measured.
 ///
 /// # Errors
 /// If something cannot be built, or a figure does not hold.
@@ -67,7 +67,7 @@ fn reporter(bridge: &Path) -> Command {
     command
 }
 
-/// It exits with failure where something does not hold, which stands in what it prints.
+/// The program exits with failure if something does not hold; its output says what.
 fn of_bridges(bridge: &Path) -> Result<Value> {
     let mut command = reporter(bridge);
     let output = command.arg("fleet").stderr(Stdio::inherit()).output();
@@ -87,7 +87,7 @@ fn of_page(name: &str, file: &str, bridge: &Path) -> Result<Value> {
     let (figures, judged) = page_report::figures(name, file, bridge, &settings)?;
     let mut figures: Value =
         serde_json::from_str(&figures).with_context(|| format!("{file} left no JSON"))?;
-    // A test may fail beside its figures: by what the page logs.
+    // A test may fail for something other than its figures, such as what the page logs.
     if let Err(error) = judged {
         figures["holds"] = false.into();
         figures["error"] = format!("{error:#}").into();

@@ -95,7 +95,7 @@ impl Speed {
 fn main() -> ExitCode {
     match obey(Cli::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
-        // One sentence, also where RUST_BACKTRACE is set.
+        // One sentence, even if RUST_BACKTRACE is set.
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE

@@ -83,7 +83,7 @@ pub fn measure(what: &Measurement) -> Result<()> {
         Promise::BrowserCost => return browser_cost::report(),
         Promise::Page => return page_report::report(&minutes(2.0)),
         Promise::PageFrames => return page_report::frames(),
-        // A package of its own: what it stands on takes minutes to compile.
+        // In a package of its own, because its dependencies take minutes to compile.
         Promise::Upload => {
             return tools::run_cargo("run --release --quiet --package slamlab-storage-report");
         }
@@ -105,7 +105,7 @@ pub fn measure(what: &Measurement) -> Result<()> {
     if matches!(what.promise, Promise::Faults | Promise::Latency) {
         match firmware::build_simulator()? {
             Some(robot) => _ = measurer.env("SLAMLAB_RP6_SIM", robot),
-            // Latency is measured from an encoder's edge only where there is one.
+            // Latency is also measured from an encoder's edge, but only if the simulator is there.
             None if what.promise == Promise::Latency => (),
             None => bail!("the faults are measured at the registers of the real firmware"),
         }
@@ -113,7 +113,8 @@ pub fn measure(what: &Measurement) -> Result<()> {
     tools::run(measurer.args(words))
 }
 
-/// The measuring program, without its words. Some want the bridge in a process of its own.
+/// The measuring program, without its arguments. Some reports need the bridge in a separate
+/// process.
 fn whole(example: &str) -> Result<Command> {
     tools::run_cargo("build --release --quiet --package slamlab-bridge")?;
     let run = "run --release --quiet --package slamlab-tests --example";
@@ -125,8 +126,8 @@ fn whole(example: &str) -> Result<Command> {
     Ok(cargo)
 }
 
-/// The same with a router and a bucket that die, by the profile of the tests, as `router`: Zenoh
-/// and what the store stands on take minutes to compile.
+/// The same with a router and a bucket that die, in the profile of the tests, as for `router`:
+/// Zenoh and the store's dependencies take minutes to compile.
 fn torn(example: &str) -> Result<Command> {
     tools::run_cargo(TORN)?;
     let mut measurer = Command::new(tools::built(&format!("debug/examples/{example}")));

@@ -1,6 +1,6 @@
-//! The modules of WebAssembly as npm installs them: bindings, types, a description, and a README
-//! with an example. It is a command of its own, apart from that of the page's folder: who uses the
-//! modules in a program of his own has no use for the page.
+//! The WebAssembly modules as npm installs them: bindings, types, a description, and a README with
+//! an example. This is a separate command from the one for the page's folder, because a program
+//! that uses the modules does not need the page.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,11 +11,11 @@ use crate::{page, tools};
 
 /// The version of the whole workspace.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// How it stands in the description that it is written into.
+/// The placeholder for it in the description.
 const PLACE: &str = "\"version\": \"0.0.0\"";
 
-/// Builds the modules, puts the package together below `out` (`target/npm` if none is named), and
-/// packs it; returns the packed file.
+/// Builds the modules, assembles the package below `out` (`target/npm` if none is named), and packs
+/// it; returns the packed file.
 ///
 /// # Errors
 /// If a tool is missing or a step fails.
@@ -24,7 +24,7 @@ pub fn pack(out: Option<PathBuf>) -> Result<PathBuf> {
     pack_built(&out.unwrap_or_else(|| tools::target_dir().join("npm")))
 }
 
-/// As [`pack`], of modules that were built.
+/// As [`pack`], from modules that are already built.
 ///
 /// # Errors
 /// If a file is missing, or npm cannot pack.
@@ -52,7 +52,7 @@ pub fn pack_built(out: &Path) -> Result<PathBuf> {
     Ok(out.join(format!("slamlab-{VERSION}.tgz")))
 }
 
-/// The workspace's version stands in one place only.
+/// Writes the version into the description: the workspace's is the only one maintained.
 fn number(description: &Path) -> Result<()> {
     let text = fs::read_to_string(description)?;
     let numbered = text.replace(PLACE, &format!("\"version\": \"{VERSION}\""));
@@ -60,7 +60,7 @@ fn number(description: &Path) -> Result<()> {
     Ok(fs::write(description, numbered)?)
 }
 
-/// `layout.js` with its types, of what the modules say of their flat arrays.
+/// Makes `layout.js` with its types, from the modules' description of their flat arrays.
 fn name_columns(package: &Path) -> Result<()> {
     let www = tools::root().join("www");
     let mut compile = tools::node(&www)?;

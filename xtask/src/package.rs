@@ -1,14 +1,15 @@
-//! A package that one installs on the robot's computer: page in the program, program in a `.deb`,
-//! and a proof that it works.
+//! A package to install on the robot's computer: the page in the program, the program in a `.deb`,
+//! and a test that it works.
 //!
 //! 1. The page is built and compressed, then the bridge with the page in it (`SLAMLAB_PAGE`),
-//!    linked statically against musl: one file that needs nothing of the system it comes to.
-//! 2. `deb` puts it together with settings, systemd unit, udev rules and guide, by `dpkg-deb`.
-//! 3. `smoke` unpacks the package and runs its program: natively, or by qemu's emulation of the
+//!    linked statically against musl: one file that needs nothing from the system that it is
+//!    installed on.
+//! 2. `deb` assembles it with settings, systemd unit, udev rules and guide, by `dpkg-deb`.
+//! 3. `smoke` unpacks the package and runs its program, natively or in qemu's emulation of the
 //!    other processor.
-//! 4. `systemd-analyze` and `lintian` check the rest, where they are installed.
+//! 4. `systemd-analyze` and `lintian` check the rest, if they are installed.
 //!
-//! A step whose tool is missing is skipped by name; the package is made all the same.
+//! A step whose tool is missing is reported as skipped; the package is made all the same.
 
 mod deb;
 mod smoke;
@@ -33,7 +34,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// Debian's name of it, and Rust's name of the processor.
+    /// Debian's name for it, and Rust's name for the processor.
     fn names(self) -> [&'static str; 2] {
         match self {
             Self::Arm64 => ["arm64", "aarch64"],
@@ -49,7 +50,7 @@ impl Target {
         self.names()[1]
     }
 
-    /// Rust's name of it.
+    /// Rust's name for the target.
     fn triple(self) -> String {
         format!("{}-unknown-linux-musl", self.processor())
     }
@@ -58,7 +59,7 @@ impl Target {
         std::env::consts::OS == "linux" && std::env::consts::ARCH == self.processor()
     }
 
-    /// The computer at hand.
+    /// This computer.
     #[must_use]
     pub fn this_machine() -> Self {
         match std::env::consts::ARCH {
@@ -100,13 +101,13 @@ impl Feature {
     }
 }
 
-/// Bytes that a package without features may have, for whoever updates a robot by a slow link.
+/// Maximum size of a package without features, bytes, for updating a robot over a slow link.
 const MOST_BYTES: u64 = 5_700_000;
 
 /// Builds the package for `target` and tries it out.
 ///
 /// # Errors
-/// If a tool is missing without which there is no package, or a step fails.
+/// If a tool that is indispensable is missing, or a step fails.
 pub fn package(target: Target, features: &[Feature]) -> Result<()> {
     let mut features = features.to_vec();
     features.sort();
@@ -169,7 +170,7 @@ fn say_size(features: &[Feature], program: &Path, package: &Path) -> Result<()> 
     Ok(())
 }
 
-/// Lets systemd read the unit, with a program in it that is there.
+/// Lets systemd check the unit, with an existing program in it.
 fn verify_unit() -> Result<()> {
     let Some(analyze) = tools::in_path("systemd-analyze") else {
         return skip("systemd-analyze", "systemd");
@@ -181,7 +182,7 @@ fn verify_unit() -> Result<()> {
     let copy = folder.join("slamlab-bridge.service");
     let runnable = text
         .replace("/usr/bin/slamlab-bridge serve", "/bin/true serve")
-        // The user is made when the package is installed.
+        // The user is created when the package is installed.
         .replace("=slamlab\n", "=daemon\n");
     std::fs::write(&copy, runnable)?;
     let security = ["security", "--offline=yes", "--no-pager", "--threshold=25"];
@@ -191,7 +192,7 @@ fn verify_unit() -> Result<()> {
     Ok(())
 }
 
-/// What lintian does not like and is meant: one static file that runs anywhere, `--help` for a
+/// What lintian complains of and is intended: one static file that runs anywhere, `--help` as the
 /// manual, scripts without debhelper, and a project without a mail address.
 const MEANT: [&str; 5] = [
     "statically-linked-binary",
@@ -206,13 +207,13 @@ fn lint(package: &Path) -> Result<()> {
         return skip("lintian", "lintian");
     };
     let mut lintian = Command::new(lintian);
-    // As root, it would refuse.
+    // Without this it would refuse to run as root.
     lintian.args(["--allow-root", "--fail-on", "error", "--suppress-tags"]);
     lintian.arg(MEANT.join(","));
     tools::run(lintian.arg(package))
 }
 
-/// A step that cannot be done here is none that failed.
+/// A step that cannot be done here does not count as failed.
 fn skip(tool: &str, debian: &str) -> Result<()> {
     let why = format!("{tool} is missing; on Debian: sudo apt-get install {debian}");
     skips::note("a step of the package", &why)

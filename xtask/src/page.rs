@@ -1,8 +1,8 @@
 //! From `www`, in TypeScript, and the module in `www/pkg`, to `www/dist`: the page as a browser
 //! loads it.
 //!
-//! What does not wait for each other runs side by side: the module and the programs of this machine
-//! have build folders of their own, and npm has nothing to do with either.
+//! Independent steps run in parallel: the module and the programs of this machine have separate
+//! build folders, and npm needs neither.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use crate::tools;
 use crate::wasm::{self, Profile};
 
-/// Compiles the module, bundles the page, and compresses its files where they are for use.
+/// Compiles the module, bundles the page, and compresses its files if they are for use.
 ///
 /// # Errors
 /// If a tool is missing or a step fails.
@@ -23,13 +23,13 @@ pub fn build(profile: Profile) -> Result<()> {
     tools::run(tools::npm(&www)?.args(["run", "--silent", "build"]))?;
     match profile {
         Profile::Release => compress(&www.join("dist")),
-        // Packing what is tried once takes longer than sending it.
+        // For a page that is tried once, compression takes longer than sending.
         Profile::Dev => Ok(()),
     }
 }
 
-/// [`build`], and beside it the bridge and whatever else cargo compiles by these arguments; the
-/// bridge's program is returned.
+/// [`build`], and in parallel the bridge and whatever else cargo compiles with these arguments;
+/// returns the path of the bridge.
 ///
 /// # Errors
 /// As [`build`], and if the programs do not compile.
@@ -50,8 +50,8 @@ pub fn check_types() -> Result<()> {
     check_types_of_last_build()
 }
 
-/// Type-checks the page against the bindings that the last build left, and makes them quickly where
-/// there are none.
+/// Type-checks the page against the bindings of the last build; makes them quickly if there are
+/// none.
 ///
 /// # Errors
 /// If a tool is missing or a type is wrong.
@@ -116,8 +116,8 @@ pub fn install(folder: &Path) -> Result<()> {
     fs::write(&installed, lock).with_context(|| format!("cannot write {}", installed.display()))
 }
 
-/// Puts `.br` and `.gz` beside each file that shrinks by it; the bridge sends those. Node has both
-/// codecs built in.
+/// Puts `.br` and `.gz` beside each file that becomes smaller; the bridge sends those. Node has
+/// both codecs built in.
 fn compress(dist: &Path) -> Result<()> {
     let script = tools::root().join("xtask/compress.mjs");
     tools::run(tools::node(dist)?.arg(script).arg("."))

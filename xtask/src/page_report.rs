@@ -1,12 +1,12 @@
-//! `page` and `page-frames`: is the page as light, as soon there, and as quick as is promised?
+//! `page` and `page-frames`: is the page as light, as quickly there, and as fast as promised?
 //!
 //! In: a machine with Chromium; for `page-frames` the recorded data. Out: the figures of a file of
-//! `tests/page/*.measure.ts`, as JSON, of the page as everybody builds it.
+//! `tests/page/*.measure.ts`, as JSON, for the page as everybody builds it.
 //!
 //! | report | what |
 //! |---|---|
-//! | `page` | weight of a first visit, first picture, map, pictures a second, work for each, long tasks, input to picture, memory, a large map |
-//! | `page-frames` | time for 60 pictures a second while a recorded building plays at 50 times its speed |
+//! | `page` | weight of a first visit, first frame, map, frames per second, work per frame, long tasks, input to frame, memory, a large map |
+//! | `page-frames` | time for 60 frames per second while a recorded building plays at 50 times its speed |
 
 use std::fs;
 use std::path::Path;
@@ -16,8 +16,7 @@ use anyhow::{Context, Result, bail};
 use crate::wasm::Profile;
 use crate::{page, tools};
 
-/// Measures all that is promised of the page, and prints it. Runs at top speed go on for so many
-/// minutes.
+/// Measures all that is promised of the page, and prints it. Runs at top speed last `minutes`.
 ///
 /// # Errors
 /// If something cannot be built or run, or a figure does not hold.
@@ -28,7 +27,7 @@ pub fn report(minutes: &str) -> Result<()> {
 /// Plays the recording, prints the figures, and judges.
 ///
 /// # Errors
-/// If something cannot be built or run, the recorded data is absent, or pictures take too long.
+/// If something cannot be built or run, the recorded data is absent, or frames take too long.
 pub fn frames() -> Result<()> {
     let log = tools::data_folder().join("intel/intel.clf");
     if !log.is_file() {
@@ -45,8 +44,8 @@ fn measured(name: &str, file: &str, settings: &[(&str, &str)]) -> Result<()> {
     judged
 }
 
-/// Runs one file of measurements on the page that is built, which leaves its figures in a file:
-/// those, and whether they hold.
+/// Runs one file of measurements on the page that is already built, which writes its figures to a
+/// file; returns these, and whether they hold.
 ///
 /// # Errors
 /// If it cannot be run, or leaves no figures.
@@ -73,7 +72,7 @@ pub fn figures(
     let measured = tools::output(&mut npm).map(|_| ());
     match fs::read_to_string(&figures) {
         Ok(figures) => Ok((figures, measured)),
-        // What kept it from measuring says more.
+        // The error that prevented the measurement says more.
         Err(error) => {
             measured?;
             Err(error).with_context(|| format!("no figures in {}", figures.display()))

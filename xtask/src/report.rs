@@ -1,4 +1,4 @@
-//! Runs steps to the end even when one fails, and closes with a table of what passed and a list of
+//! Runs steps to the end even if one fails, and closes with a table of what passed and a list of
 //! what was skipped.
 
 use std::time::Instant;
@@ -14,7 +14,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Runs one step, shows its name before and its error after.
+    /// Runs one step; prints its name before, and its error after.
     pub fn step(&mut self, name: &str, work: impl FnOnce() -> Result<()>) {
         eprintln!("\n=== {name}");
         let start = Instant::now();
@@ -34,7 +34,8 @@ impl Report {
         self.finish_with(&[], false)
     }
 
-    /// Prints the table, and what was skipped. `in_ci`: only what [`Skip::is_fine_in_ci`] may be.
+    /// Prints the table, and what was skipped. With `in_ci`, only [`Skip::is_fine_in_ci`] may be
+    /// skipped.
     ///
     /// # Errors
     /// If a step failed, or something was skipped that may not be.

@@ -1,13 +1,13 @@
-//! `RESULTS.md`: every measured figure with its command, date, machine and commit, and whether it
-//! is older than what it measures.
+//! `RESULTS.md`: every measured figure with its command, date, machine and commit, and whether the
+//! measured code has changed since.
 //!
 //! 1. `table` names each result: what is claimed, the command, and the folders whose code it
 //!    measures.
-//! 2. `measure` runs the command and puts its section into the file, in the order of the table. A
-//!    folder must be as it was committed: git's hash of each stands in the section, and nothing
-//!    else says what was measured.
+//! 2. `measure` runs the command and puts its section into the file, in the order of the table. The
+//!    measured folders must be committed: their git hashes stand in the section, and are the only
+//!    record of what was measured.
 //! 3. [`name_stale`] compares those hashes with the commit that is checked out. A section whose
-//!    result has left the table goes.
+//!    result is no longer in the table is removed.
 
 mod section;
 mod table;
@@ -47,11 +47,11 @@ pub struct Choice {
     list: bool,
 }
 
-/// Measures the chosen results, one after the other, and writes each into the file as soon as it is
-/// there; or only lists them.
+/// Measures the chosen results, one after the other, and writes each into the file at once; or only
+/// lists them.
 ///
 /// # Errors
-/// If code that is to be measured is not committed, or a command measures nothing.
+/// If code that is to be measured is not committed, or a command prints no figures.
 pub fn run(choice: &Choice) -> Result<()> {
     let entries = chosen(choice)?;
     if choice.list {
@@ -79,8 +79,8 @@ fn list(entries: &[&Entry]) -> Result<()> {
     Ok(())
 }
 
-/// Names the results that are older than what they measure, on standard error. They are no failure:
-/// measuring them takes days.
+/// Lists on standard error the results that are older than the measured code. They are not
+/// failures, because measuring them takes days.
 ///
 /// # Errors
 /// If the file or git cannot be read.
@@ -90,7 +90,7 @@ pub fn name_stale() -> Result<()> {
         .iter()
         .map(|entry| Ok((entry.name, state(entry, &sections)?)));
     let states: Vec<(&str, State)> = states.collect::<Result<_>>()?;
-    // A line each for all of a kind: where nobody watches, only the end of a log may be kept.
+    // One line for all of a kind: in CI only the end of a log may be kept.
     for kind in [State::Old, State::Missing] {
         let names = states.iter().filter(|(_, state)| *state == kind);
         let names: Vec<&str> = names.map(|(name, _)| *name).collect();
@@ -103,7 +103,7 @@ pub fn name_stale() -> Result<()> {
     Ok(())
 }
 
-/// Whether a result is as old as the code.
+/// Whether a result is as new as the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Measured,
@@ -164,7 +164,7 @@ fn code_of(entry: &Entry) -> Result<String> {
     Ok(hashes?.join(" "))
 }
 
-/// Processors and system, as a reader knows them.
+/// Processors and operating system, in words.
 fn machine() -> String {
     let model = fs::read_to_string("/proc/cpuinfo").ok().and_then(|facts| {
         let line = facts.lines().find(|line| line.starts_with("model name"))?;

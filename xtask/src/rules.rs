@@ -1,5 +1,5 @@
-//! Rules of the house that no compiler holds: how wide comments are, how long the README is, and
-//! that no text names a folder of somebody's machine.
+//! House rules that no compiler checks: how wide comments are, how long the README is, and that no
+//! text names a folder of somebody's machine.
 
 use std::path::Path;
 
@@ -7,12 +7,12 @@ use anyhow::{Result, bail};
 
 use crate::tools;
 
-/// How many columns a line of a comment may have.
+/// Maximum width of a comment line, in columns.
 const COLUMNS: usize = 100;
-/// How many lines a stranger reads.
+/// Maximum length of the README, in lines: what a newcomer still reads.
 const README_LINES: usize = 120;
 
-/// Folders of a machine, in pieces: this file names none either.
+/// Folders of a machine, in pieces, because this file must not name them either.
 const OF_A_MACHINE: [&[&str]; 4] = [
     &["/wo", "rk/"],
     &["/ho", "me/"],
@@ -20,16 +20,16 @@ const OF_A_MACHINE: [&[&str]; 4] = [
     &["/Us", "ers/"],
 ];
 
-/// Checks every file that git knows.
+/// Checks every file known to git.
 ///
 /// # Errors
-/// If a rule is broken; each place is named on standard error.
+/// If a rule is broken; standard error lists each place.
 pub fn check() -> Result<()> {
     let root = tools::root();
     let names = tools::git("ls-files -z --cached --others --exclude-standard")?;
     let mut broken = 0;
     for name in names.split_terminator('\0') {
-        // Some are no text, and one that was deleted is still listed.
+        // Some files are not text, and a deleted one is still listed.
         let Ok(text) = std::fs::read_to_string(root.join(name)) else {
             continue;
         };
@@ -53,7 +53,7 @@ fn complaints(name: &str, text: &str) -> Vec<String> {
         ));
     }
     let language = Language::of(name);
-    // Code and drawings within a comment keep their lines.
+    // Code and drawings inside a comment keep their lines.
     let mut is_fenced = false;
     for (index, line) in text.lines().enumerate() {
         let is_fence = line
@@ -83,7 +83,7 @@ fn folder_of_a_machine(line: &str) -> Option<String> {
         .find(|folder| begins_a_path(line, folder))
 }
 
-/// Whether `folder` stands there as the beginning of a path, not within one.
+/// Whether `folder` appears as the beginning of a path, not inside one.
 fn begins_a_path(line: &str, folder: &str) -> bool {
     line.match_indices(folder).any(|(at, _)| {
         let before = line[..at].chars().next_back();
@@ -94,7 +94,7 @@ fn begins_a_path(line: &str, folder: &str) -> bool {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Language {
     Rust,
-    /// TypeScript, JavaScript and C: comments in blocks, too.
+    /// TypeScript, JavaScript and C, which also have block comments.
     WithBlocks,
 }
 
@@ -107,8 +107,8 @@ impl Language {
         }
     }
 
-    /// Whether a line is a comment that could be wrapped: not a table's row, nor a single word such
-    /// as an address.
+    /// Whether a line is a comment that can be wrapped: not a table row, nor a single word such as
+    /// an address.
     fn wraps(self, line: &str) -> bool {
         let line = line.trim_start();
         let words = match self {

@@ -1,4 +1,4 @@
-//! Becomes the bridge: signals reach it directly, and it prints the address.
+//! Replaces this process by the bridge: signals reach it directly, and it prints the address.
 
 use std::path::Path;
 use std::process::Command;
@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 
 use crate::tools;
 
-/// Serves `www/dist` on `port` of this machine by this program, until stopped.
+/// Serves `www/dist` on `port` of this machine with this program, until stopped.
 ///
 /// # Errors
 /// If it cannot serve.

@@ -1,10 +1,10 @@
-//! What tests need beside Rust and Node: installed where that may be done, else named with the
+//! What tests need besides Rust and Node: installed if that is permitted, otherwise listed with the
 //! command to type.
 //!
 //! | machine | what happens |
 //! |---|---|
 //! | Debian or Ubuntu, as root (in CI also by a `sudo` that asks for nothing) | `apt-get` installs what is missing |
-//! | any other | a browser that Playwright has brought is used; the rest is named with its command |
+//! | any other | a browser that Playwright has installed is used; the rest is listed with its command |
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -15,10 +15,10 @@ use crate::suites::Suite;
 use crate::{firmware, tools};
 
 const IN_A_BROWSER: &[Suite] = &[Suite::Wasm, Suite::Page];
-/// The page is tried with the real firmware, too.
+/// The page is tested with the real firmware, too.
 const WITH_FIRMWARE: &[Suite] = &[Suite::Page, Suite::Firmware];
 
-/// A package of Debian: its name, which suites need it, and whether what they want of it is there.
+/// A package of Debian: its name, which suites need it, and whether what they need of it is there.
 type Package = (&'static str, &'static [Suite], fn() -> bool);
 
 const PACKAGES: [Package; 11] = [
@@ -26,7 +26,7 @@ const PACKAGES: [Package; 11] = [
     ("chromium-driver", &[Suite::Wasm], || {
         tools::find_chromedriver().is_some()
     }),
-    // Elsewhere no browser reads the store that it writes.
+    // On other systems no browser reads the store that it writes.
     ("libnss3-tools", &[Suite::Page], || {
         !cfg!(target_os = "linux") || tools::is_in_path("certutil")
     }),
@@ -48,7 +48,7 @@ const PACKAGES: [Package; 11] = [
     ("libclang-dev", WITH_FIRMWARE, firmware::has_libclang),
 ];
 
-/// The packages that these suites lack here.
+/// The packages that these suites lack on this machine.
 #[must_use]
 pub fn missing(suites: &[Suite]) -> Vec<&'static str> {
     let all = PACKAGES.iter();
@@ -62,8 +62,8 @@ pub fn missing(suites: &[Suite]) -> Vec<&'static str> {
     .collect()
 }
 
-/// Installs what is missing, where that may be done; else says what to type, and suites that can do
-/// without it run all the same.
+/// Installs what is missing, if that is permitted; otherwise prints what to type, and suites that
+/// can do without it still run.
 ///
 /// # Errors
 /// If an installation fails.
@@ -94,7 +94,8 @@ fn by_hand(missing: &[&str]) -> String {
     }
 }
 
-/// `apt-get`, with the right to install, where this is Debian or Ubuntu and there is one.
+/// `apt-get`, with the right to install; none if this is not Debian or Ubuntu, or that right is
+/// lacking.
 fn apt_get() -> Option<Command> {
     let program =
         tools::in_path("apt-get").filter(|_| Path::new("/etc/debian_version").exists())?;

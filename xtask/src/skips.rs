@@ -1,8 +1,8 @@
 //! What was not tested, and why: one list for Rust, the page and these commands.
 //!
-//! Whoever leaves a test out writes a line, `WHAT` tab `WHY`, to the end of the file that the
-//! variable `SLAMLAB_SKIPPED` names. [`crate::tools`] names the same one to every cargo and npm
-//! that it starts.
+//! Code that leaves a test out appends a line, `WHAT` tab `WHY`, to the file that the variable
+//! `SLAMLAB_SKIPPED` names. [`crate::tools`] sets that variable for every cargo and npm that it
+//! starts.
 
 use std::fs::{self, OpenOptions};
 use std::io::Write;
@@ -12,31 +12,30 @@ use anyhow::{Context, Result};
 
 use crate::tools;
 
-/// A test, or some, that did not run.
+/// One or several tests that did not run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Skip {
-    /// Which.
+    /// Their name.
     pub what: String,
-    /// A sentence.
+    /// The reason, one sentence.
     pub why: String,
 }
 
 impl Skip {
-    /// Whether it is fine where nobody watches: only what asks for recorded data on a machine that
-    /// has none.
+    /// Whether it is acceptable in CI: only tests that need recorded data, on a machine without it.
     #[must_use]
     pub fn is_fine_in_ci(&self) -> bool {
         self.why.starts_with("recorded data") && !tools::data_folder().is_dir()
     }
 }
 
-/// The file in which they are gathered.
+/// The file in which skips are gathered.
 #[must_use]
 pub fn file() -> PathBuf {
     tools::target_dir().join("skipped.tsv")
 }
 
-/// Begins with an empty list.
+/// Starts with an empty list.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -46,10 +45,10 @@ pub fn begin() -> Result<()> {
     fs::write(&file, "").with_context(|| format!("cannot write {}", file.display()))
 }
 
-/// Says that something is left out, and why.
+/// Records that something is left out, and why.
 ///
 /// # Errors
-/// If it cannot be written down.
+/// If it cannot be recorded.
 pub fn note(what: &str, why: &str) -> Result<()> {
     eprintln!("skipped: {what}: {why}");
     let file = file();
@@ -62,7 +61,7 @@ pub fn note(what: &str, why: &str) -> Result<()> {
         .with_context(|| format!("cannot write {}", file.display()))
 }
 
-/// All that were noted since [`begin`], each once.
+/// All that were recorded since [`begin`], without repetitions.
 ///
 /// # Errors
 /// If the list cannot be read.

@@ -29,13 +29,13 @@ pub enum Suite {
 /// All but [`Suite::Quick`], which is part of them.
 const ALL: [Suite; 4] = [Suite::Native, Suite::Wasm, Suite::Page, Suite::Firmware];
 
-/// Compiles the programs that the page's tests start: of the whole workspace and by the profile of
-/// tests, so that what the native tests stand on is compiled already.
+/// Compiles the programs that the page's tests start: for the whole workspace and in the profile of
+/// tests, so the dependencies are already compiled by the native tests.
 const PROGRAMS: &str = "build --profile test --workspace --exclude xtask --exclude slamlab-storage-report --bin slamlab-bridge \
                         --example simulate --example wired_robot";
 
-/// Parts of the names of those unit tests of `core` that take seconds: nine tenths of the time of
-/// all. [`Suite::Quick`] leaves them out, and says how many.
+/// Parts of the names of those unit tests of `core` that take seconds: nine tenths of the total
+/// time. [`Suite::Quick`] leaves them out, and says how many.
 const SLOW: &[&str] = &[
     // Whole runs.
     "pilot::tests::",
@@ -47,7 +47,7 @@ const SLOW: &[&str] = &[
     "consistency::",
     "dead_reckoning_is_lost",
     "who_turns_before_a_wall",
-    // Oracles by brute force.
+    // Comparisons with brute force.
     "svg_tests::",
     "area_is_all_centres_between_the_beams",
     "no_place_of_a_wall_is_ever_inside",
@@ -64,10 +64,10 @@ const SLOW: &[&str] = &[
     "the_proof_of_no_path",
 ];
 
-/// Runs the named suites, or all of them if none is named, and installs before what they lack.
+/// Runs the named suites, or all of them if none is named; first installs what they lack.
 ///
 /// # Errors
-/// If a suite fails; the others run all the same. In CI, if something was skipped that may not be.
+/// If a suite fails; the others still run. In CI, also if something was skipped that may not be.
 pub fn run(suites: &[Suite]) -> Result<()> {
     let suites = if suites.is_empty() { &ALL } else { suites };
     skips::begin()?;
@@ -106,8 +106,8 @@ fn quick(report: &mut Report) {
 }
 
 fn native() -> Result<()> {
-    // Examples are compiled by `cargo xtask check`. xtask is apart: together, cargo would join
-    // their features and compile the wasm-bindgen tool once more.
+    // Examples are compiled by `cargo xtask check`. xtask is run separately: together, cargo would
+    // unify their features and compile the wasm-bindgen tool once more.
     let most = "test --workspace --exclude xtask --exclude slamlab-storage-report --no-fail-fast";
     let steps = [
         tools::run_cargo(&format!("{most} --lib --bins --tests")),
@@ -121,7 +121,7 @@ fn the_page() -> Result<()> {
     let chrome = tools::chrome()?;
     let folder = tools::root().join("tests/page");
     let (bridge, real_firmware) = thread::scope(|scope| {
-        // Beside the module, whose last step keeps one core busy.
+        // In parallel with the module, whose last step keeps only one core busy.
         let real_firmware = scope.spawn(firmware::build_simulator);
         let bridge = page::build_with_bridge(Profile::Release, PROGRAMS)?;
         page::install(&folder)?;
@@ -133,7 +133,7 @@ fn the_page() -> Result<()> {
     let mut npm = tools::npm(&folder)?;
     npm.env("CHROME", chrome)
         .env("SLAMLAB_BRIDGE", bridge)
-        // The run on the command line whose bits those in the page must equal.
+        // The run on the command line must equal the one in the page to the bit.
         .env("SLAMLAB_SIMULATE", tools::built("debug/examples/simulate"))
         .env(
             "SLAMLAB_WIRED_ROBOT",

@@ -18,7 +18,7 @@ pub fn root() -> PathBuf {
     here.parent().unwrap_or(here).to_owned()
 }
 
-/// Where cargo puts what it builds: `CARGO_TARGET_DIR`, or `target`.
+/// The folder of cargo's output: `CARGO_TARGET_DIR`, or `target`.
 #[must_use]
 pub fn target_dir() -> PathBuf {
     match env::var_os("CARGO_TARGET_DIR") {
@@ -27,7 +27,7 @@ pub fn target_dir() -> PathBuf {
     }
 }
 
-/// A program under [`target_dir`], by its path without the ending that Windows wants.
+/// A program under [`target_dir`], by its path without the extension that Windows needs.
 #[must_use]
 pub fn built(program: &str) -> PathBuf {
     target_dir()
@@ -35,7 +35,7 @@ pub fn built(program: &str) -> PathBuf {
         .with_extension(env::consts::EXE_EXTENSION)
 }
 
-/// Whether nobody watches, and nothing may be left out: `CI` is set.
+/// Whether this runs in CI, where nothing may be left out: `CI` is set.
 #[must_use]
 pub fn is_ci() -> bool {
     env::var_os("CI").is_some_and(|value| !["", "0", "false"].contains(&&*value.to_string_lossy()))
@@ -56,13 +56,13 @@ pub fn cargo() -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root());
     if is_ci() && env::var_os("CARGO_INCREMENTAL").is_none() {
-        // What is compiled once pays for being compiled again in parts, and never is.
+        // Incremental compilation pays off only for repeated builds, which never happen here.
         command.env("CARGO_INCREMENTAL", "0");
     }
     with_places(command)
 }
 
-/// Runs cargo with these words, see [`run`].
+/// Runs cargo with these arguments, see [`run`].
 ///
 /// # Errors
 /// If it fails.
@@ -70,7 +70,7 @@ pub fn run_cargo(words: &str) -> Result<()> {
     run(cargo().args(words.split(' ')))
 }
 
-/// Where tests find recorded data, and where they write what they leave out.
+/// Adds where tests find recorded data, and where they record what they leave out.
 fn with_places(mut command: Command) -> Command {
     command
         .env("SLAMLAB_DATA", data_folder())
@@ -102,7 +102,7 @@ const NODE: &str = "install Node 20 or later: `sudo apt-get install nodejs npm`,
                     `winget install OpenJS.NodeJS.LTS`";
 
 /// Chromium or Chrome: the one that the variable `CHROME` names, one in the path, or the one that
-/// Playwright has brought.
+/// Playwright has installed.
 ///
 /// # Errors
 /// If none is installed.
@@ -129,7 +129,7 @@ pub fn find_chrome() -> Option<PathBuf> {
         .or_else(playwright_chromium)
 }
 
-/// The newest Chromium that `playwright install` has brought.
+/// The newest Chromium that `playwright install` has installed.
 fn playwright_chromium() -> Option<PathBuf> {
     let home = || env::var_os("HOME").map(PathBuf::from);
     let folder = match env::var_os("PLAYWRIGHT_BROWSERS_PATH") {
@@ -162,7 +162,7 @@ fn playwright_chromium() -> Option<PathBuf> {
         .find(|program| program.is_file())
 }
 
-/// chromedriver; the variable `CHROMEDRIVER` names one that is not in the path.
+/// chromedriver: the one that the variable `CHROMEDRIVER` names, or one in the path.
 ///
 /// # Errors
 /// If none is installed.
@@ -181,7 +181,7 @@ pub fn find_chromedriver() -> Option<PathBuf> {
         .or_else(|| in_path("chromedriver"))
 }
 
-/// Debian's packer.
+/// Debian's tool for packages.
 ///
 /// # Errors
 /// If it is not installed.
@@ -189,7 +189,7 @@ pub fn dpkg_deb() -> Result<PathBuf> {
     need("dpkg-deb", "install it by `sudo apt-get install dpkg`")
 }
 
-/// Makes sure that rustc can compile for wasm32: asks rustup for the target if it is missing.
+/// Makes sure that rustc can compile for wasm32: adds the target by rustup if it is missing.
 ///
 /// # Errors
 /// If it is missing and rustup cannot add it.
@@ -197,7 +197,7 @@ pub fn need_wasm_target() -> Result<()> {
     need_target("wasm32-unknown-unknown")
 }
 
-/// Makes sure that rustc can compile for `target`: asks rustup for it if it is missing.
+/// Makes sure that rustc can compile for `target`: adds it by rustup if it is missing.
 ///
 /// # Errors
 /// If it is missing and rustup cannot add it.
@@ -222,7 +222,7 @@ pub fn need_target(target: &str) -> Result<()> {
     Ok(())
 }
 
-/// Runs `command` with its output shown, and fails when it fails.
+/// Runs `command` with its output shown, and fails if it fails.
 ///
 /// # Errors
 /// If the program cannot be started or ends with an error.
@@ -241,7 +241,7 @@ pub fn run(command: &mut Command) -> Result<()> {
 /// Runs a command and returns what it prints on standard output.
 ///
 /// # Errors
-/// If it cannot be started or fails; the error has what it printed.
+/// If it cannot be started or fails; the error contains what it printed.
 pub fn output(command: &mut Command) -> Result<String> {
     let shown = shown(command);
     eprintln!("$ {shown}");
@@ -256,7 +256,7 @@ pub fn output(command: &mut Command) -> Result<String> {
     Ok(text)
 }
 
-/// What git answers to these words at the repository's root.
+/// The output of git with these arguments, at the repository's root.
 ///
 /// # Errors
 /// If it cannot be started or fails.
@@ -268,10 +268,10 @@ pub fn git(words: &str) -> Result<String> {
     )
 }
 
-/// What a command prints, without its end of line; nothing of it is shown.
+/// What a command prints, without the end of line; nothing is shown.
 ///
 /// # Errors
-/// If it cannot be started or fails; the error has what it complained of.
+/// If it cannot be started or fails; the error contains its messages.
 pub fn quiet_output(command: &mut Command) -> Result<String> {
     let shown = shown(command);
     let output = command.output();
@@ -285,7 +285,7 @@ pub fn quiet_output(command: &mut Command) -> Result<String> {
         .to_owned())
 }
 
-/// The command as a person would type it: the program's name and its arguments.
+/// The command as a person would type it.
 fn shown(command: &Command) -> String {
     let program = Path::new(command.get_program());
     let mut words: Vec<OsString> = vec![program.file_stem().unwrap_or_default().into()];
@@ -319,10 +319,10 @@ pub fn in_path(name: &str) -> Option<PathBuf> {
         .find(|file| file.is_file())
 }
 
-/// What a thread returned; one that panicked has said why on its own.
+/// The result of a thread; if it panicked, it has printed why.
 ///
 /// # Errors
-/// Those of the thread, and if it panicked.
+/// Those of the thread, and that it panicked.
 pub fn joined<T>(thread: ScopedJoinHandle<'_, Result<T>>) -> Result<T> {
     let panicked = |_| Err(anyhow!("a step of the build panicked"));
     thread.join().unwrap_or_else(panicked)

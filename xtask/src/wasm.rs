@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 
 use crate::tools;
 
-/// Compiles what runs tests in a browser (`.cargo/config.toml`).
+/// Compiles the program that runs tests in a browser (`.cargo/config.toml`).
 const RUNNER: &str = "build --package xtask --features wasm-tests --bin wasm-test-runner";
 
 /// How the module is compiled.
@@ -23,7 +23,7 @@ pub enum Profile {
 }
 
 impl Profile {
-    /// Cargo's name of the profile, and of its folder under `target`.
+    /// Cargo's name for the profile, and for its folder under `target`.
     fn name(self) -> &'static str {
         match self {
             Self::Release => "wasm",
@@ -34,8 +34,8 @@ impl Profile {
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
-/// Runs the tests that are compiled for wasm32, in headless Chromium. What they stand on is
-/// compiled as it is for the page, once for both.
+/// Runs the tests that are compiled for wasm32, in headless Chromium. Their dependencies are
+/// compiled as for the page, once for both.
 ///
 /// # Errors
 /// If the wasm32 target or the browser is missing, or a test fails.
@@ -53,7 +53,7 @@ pub fn test() -> Result<()> {
         ]);
         cargo
     };
-    // Cargo would compile the program that runs them only when they are there.
+    // Cargo would otherwise compile the program that runs them only after the tests.
     thread::scope(|scope| {
         let runner = scope.spawn(|| tools::run_cargo(RUNNER));
         tools::run(&mut cargo("--no-run"))?;
@@ -66,7 +66,7 @@ pub fn test() -> Result<()> {
     )
 }
 
-/// The modules of the page, by the feature of `web` that each is compiled with
+/// The modules of the page, each with the feature of `web` that it is compiled with
 /// (`web/src/lib.rs`).
 const MODULES: [(&str, &str); 4] = [
     ("slamlab_web", "run"),
@@ -75,11 +75,11 @@ const MODULES: [(&str, &str); 4] = [
     ("slamlab_cable", "cable"),
 ];
 
-/// A compiled module: the name that the page has for it, and its file.
+/// A compiled module: the page's name for it, and its file.
 pub type Module = (&'static str, PathBuf);
 
-/// Compiles the modules. They are one package, whose file each of them overwrites: so each is put
-/// aside under its own name.
+/// Compiles the modules. They are one package, and each overwrites the same file: so each is copied
+/// to a file of its own.
 ///
 /// # Errors
 /// If the wasm32 target is missing or the sources do not compile.
@@ -102,7 +102,7 @@ pub fn compile(profile: Profile) -> Result<Vec<Module>> {
     Ok(modules)
 }
 
-/// Leaves a copy alone that is the same, with its time: what was made of it is still good.
+/// Leaves an identical copy and its time stamp alone: what was made from it is still valid.
 fn copy_if_changed(from: &Path, to: &Path) -> Result<()> {
     let bytes = fs::read(from).with_context(|| format!("cannot read {}", from.display()))?;
     if fs::read(to).is_ok_and(|old| old == bytes) {
@@ -114,7 +114,7 @@ fn copy_if_changed(from: &Path, to: &Path) -> Result<()> {
     fs::write(to, bytes).with_context(|| format!("cannot write {}", to.display()))
 }
 
-/// Compiles the program that makes bindings and returns it.
+/// Compiles the program that makes bindings and returns its path.
 ///
 /// # Errors
 /// If it does not compile.
@@ -126,7 +126,7 @@ pub fn build_binder() -> Result<PathBuf> {
 }
 
 /// Writes `NAME.js`, `NAME.d.ts` and `NAME_bg.wasm` of each module into `www/pkg`, unless they were
-/// made from these very modules.
+/// made from these same modules.
 ///
 /// # Errors
 /// If the bindings cannot be made.
@@ -152,7 +152,7 @@ pub fn bind(binder: &Path, modules: &[Module], profile: Profile) -> Result<()> {
         }
         tools::run(&mut bind)?;
     }
-    // Which number stands where in the modules' flat arrays: the page and its package read it.
+    // The positions of numbers in the modules' flat arrays, for the page and its package.
     tools::run(tools::node(&tools::root().join("www"))?.arg("layout.mjs"))?;
     fs::write(&stamp_file, stamp)?;
     for (name, _) in modules {
@@ -162,7 +162,7 @@ pub fn bind(binder: &Path, modules: &[Module], profile: Profile) -> Result<()> {
 }
 
 /// Splits the module of runs into what a first visit runs and the rest, in `www/pkg/split`, unless
-/// that was done. `www/first_visit.mjs`, for which npm's packages must be there, tells what is run.
+/// that was already done. `www/first_visit.mjs`, which needs npm's packages, finds out what is run.
 ///
 /// # Errors
 /// If the module cannot be split, or a first visit fails.
@@ -170,7 +170,7 @@ pub fn split() -> Result<()> {
     let www = tools::root().join("www");
     let out = www.join("pkg/split");
     let visit = fs::read_to_string(www.join("first_visit.mjs"))?;
-    // By which visit it was split.
+    // The visit by which it was split.
     let split_by = www.join("pkg/.split-by");
     if fs::read_to_string(&split_by).is_ok_and(|by| by == visit) {
         return Ok(());
@@ -187,7 +187,7 @@ pub fn split() -> Result<()> {
     tools::run(count.arg("count").args([&module, &counting]))?;
     let mut visitor = tools::node(&www)?;
     tools::run(visitor.arg("first_visit.mjs").args([&counting, &called]))?;
-    // Whole or not at all: what is there is not made again.
+    // All or nothing: what is there is not made again.
     let unfinished = www.join("pkg/split.unfinished");
     let mut split = Command::new(&splitter);
     tools::run(split.arg("split").args([&module, &called, &unfinished]))?;
@@ -195,7 +195,7 @@ pub fn split() -> Result<()> {
     Ok(fs::write(&split_by, visit)?)
 }
 
-/// Which module this is: path, size and time of the last change.
+/// Identifies a module: path, size and time of the last change.
 fn stamp(module: &Path) -> Result<String> {
     let facts = fs::metadata(module).with_context(|| format!("{} is missing", module.display()))?;
     Ok(format!(

@@ -1,4 +1,4 @@
-//! How far the trajectory of a run is from what is known of the truth.
+//! How far the trajectory of a run is from the known truth.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,10 +18,10 @@ use crate::closures::{Closure, closures_of};
 
 /// Relations over at least this time show whether loops close, s.
 const LONG: f64 = 20.0;
-/// Ways over which a trajectory is held against a reference, m.
+/// Distances over which a trajectory is compared with a reference, m.
 const WAYS: [f64; 3] = [1.0, 10.0, 100.0];
 
-/// What is known of the truth of a log.
+/// What is known of a log's truth.
 #[derive(Default)]
 pub(crate) struct References {
     /// Motions between scans.
@@ -40,8 +40,8 @@ impl References {
 
     /// Errors over the relations.
     ///
-    /// # Errors    If they are those of another log: no figure at all would look like no error at
-    /// all.
+    /// # Errors    If the relations belong to another log: without any figure it would look as if
+    /// there were no error.
     pub(crate) fn relation_errors(&self, trajectory: &[(f64, Pose2)]) -> anyhow::Result<Value> {
         let Some(relations) = &self.relations else {
             return Ok(Value::Null);
@@ -58,9 +58,9 @@ impl References {
         Ok(json!({ "all": all, "long": errors(long, trajectory) }))
     }
 
-    /// Errors against the reference trajectory: of positions, over ways, and at revisits.
+    /// Errors against the reference trajectory: of positions, over distances, and at revisits.
     ///
-    /// # Errors    If it is that of another log.
+    /// # Errors    If the trajectory belongs to another log.
     pub(crate) fn trajectory_errors(&self, trajectory: &[(f64, Pose2)]) -> anyhow::Result<Value> {
         let Some(truth) = &self.trajectory else {
             return Ok(Value::Null);
@@ -85,8 +85,8 @@ impl References {
         }))
     }
 
-    /// The loop closures of a run that are false by the reference trajectory. `None` where it does
-    /// not have each scan, or the method joins no submaps.
+    /// The loop closures of a run that are false according to the reference trajectory. `None` if
+    /// that does not cover every scan, or if the method has no submaps.
     pub(crate) fn false_closures(&self, replay: &Replay) -> Option<Vec<Closure>> {
         let truth = self.trajectory.as_deref()?;
         let poses = PosesByStamp::new(truth, &truth.iter().map(|(stamp, _)| *stamp));
@@ -98,7 +98,7 @@ impl References {
     }
 }
 
-/// Null where the trajectory has none of the motions.
+/// Null if the trajectory covers none of the motions.
 fn errors(motions: impl IntoIterator<Item = StampedMotion>, trajectory: &[(f64, Pose2)]) -> Value {
     let errors = relation_errors(motions, trajectory);
     match errors.count {

@@ -1,4 +1,4 @@
-//! `--graph`: solves a pose graph from the poses of its file, and says what came of it.
+//! `--graph`: optimises a pose graph from the poses of its file, and reports the result.
 
 use std::path::Path;
 use std::time::Instant;

@@ -1,6 +1,6 @@
 //! Replays recorded logs (CARMEN, MCAP of the bridge or of ROS 2, bags of ROS 1, a rover's, four
-//! rangers', revolutions of a lidar) and prints how well and how fast they were mapped. `--set
-//! log.odometry=0` maps one without its wheels.
+//! rangers', revolutions of a lidar) and prints how well and how fast they were mapped.
+//! `--set log.odometry=0` maps a log without its odometry.
 //!
 //! One log by one method, as a JSON object: `cargo run --release -p slamlab-core --example evaluate
 //! -- --log FILE [--scan-topic TOPIC] [--odometry-topic TOPIC] [--relations FILE]
@@ -10,16 +10,16 @@
 //! [--start X,Y,DEGREES|anywhere]] [--scans FROM..TO] [--go-on MAP.slamlab [--from
 //! paused|left|anywhere|X,Y,DEGREES]] [--save MAP.slamlab] [--json]`
 //!
-//! Several logs, several methods, as a Markdown table, or with `--json` as a JSON object a line:
-//! `cargo run --release -p slamlab-core --example evaluate -- FILE… [--method NAME,NAME…] [--set
-//! KEY=NUMBER] [--json]`
+//! Several logs, several methods, as a Markdown table, or with `--json` as one JSON object per
+//! line: `cargo run --release -p slamlab-core --example evaluate -- FILE… [--method NAME,NAME…]
+//! [--set KEY=NUMBER] [--json]`
 //!
-//! Or solves a pose graph, from the file's own poses: `cargo run --release -p slamlab-core
-//! --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
+//! Or optimises a pose graph, from the file's own poses:
+//! `cargo run --release -p slamlab-core --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
 //!
-//! The exit status is 0 only if everything was evaluated, 3 where a map is torn, nothing was
-//! matched to it or the robot is lost in the one that was given, and 1 where something failed. The
-//! core has no files and no clock; this program does the reading, the writing and the timing.
+//! The exit status is 0 only if everything was evaluated; it is 3 if a map is torn, if nothing was
+//! matched to it or if the robot is lost in the given map, and 1 if something failed. The core has
+//! no files and no clock; this program does the reading, the writing and the timing.
 #![allow(
     clippy::disallowed_methods,
     reason = "the edge: files and the clock are here and nowhere below"
@@ -161,11 +161,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// Options that go with `--graph`, by their names.
+/// Names of the options that go with `--graph`.
 const OF_A_GRAPH: [&str; 3] = ["graph", "out", "json"];
 
-/// Refuses what would be passed over: options of a log with `--graph`, and those of `--graph` with
-/// a log. The parser's own rules do not: where `--graph` is in conflict it is no longer required.
+/// Refuses options that would be ignored: those of a log with `--graph`, and those of `--graph`
+/// with a log. The parser's own rules cannot do this: where `--graph` is in conflict, it is no
+/// longer required.
 fn check_graph_options(matches: &ArgMatches) -> Result<(), clap::Error> {
     let is_given = |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
     let conflict =

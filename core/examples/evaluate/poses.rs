@@ -1,4 +1,4 @@
-//! Poses of a file beside a log: its odometry, or what its run is held against.
+//! Poses from a file beside a log: its odometry, or the truth that its run is compared with.
 
 use std::path::Path;
 
@@ -41,7 +41,7 @@ impl Poses {
         Ok(Self { track, are, name })
     }
 
-    /// The log with these poses as its odometry, where they are that.
+    /// The log with these poses as its odometry, if that is what they are.
     pub(crate) fn drive(&self, log: Log) -> Result<Log> {
         match self.are {
             PosesAs::Truth => Ok(log),
@@ -53,7 +53,7 @@ impl Poses {
         }
     }
 
-    /// Holds the run against them, where they are true.
+    /// Compares the run with these poses, if they are the truth.
     pub(crate) fn hold(&self, replay: &mut Replay) -> Result<()> {
         if self.are == PosesAs::Truth {
             let note = replay.set_truth(self.track.clone());

@@ -1,4 +1,4 @@
-//! One log by one method: reads, replays, measures, writes what was asked for, prints the figures.
+//! One log by one method: reads, replays, measures, writes the requested files, prints the figures.
 
 use std::ops::Range;
 use std::path::Path;
@@ -19,7 +19,7 @@ use crate::peak_memory::peak_memory_mb;
 use crate::poses::{self, Poses};
 use crate::{Arguments, log_file, options, print, prior_map, quality, worth};
 
-/// The exit status says whether map and poses are to be believed.
+/// The exit status says whether map and poses can be trusted.
 pub(crate) fn evaluate(
     log_path: &Path,
     method: &str,
@@ -171,7 +171,7 @@ pub(crate) fn evaluate(
     })
 }
 
-/// Finds what would go wrong at the end of a long run before it begins.
+/// Detects before a long run what would fail at its end.
 fn check(log: &Path, arguments: &Arguments) -> anyhow::Result<()> {
     let mut read = options::given([
         ("--relations", &arguments.relations),
@@ -216,7 +216,7 @@ fn save(
     options::write(&files)
 }
 
-/// The parameters of a fit, for people.
+/// The parameters of a fit, as text for people.
 fn fitted_lines(fit: &DriveFit) -> Vec<FittedLine> {
     let line = |p: FittedParameter| FittedLine {
         name: p.name.to_owned(),

@@ -1,7 +1,7 @@
-//! Several logs, several methods: one run for each pair, and a table of what came of them.
+//! Several logs, several methods: one run for each pair, and a table of the results.
 //!
-//! Each run is a process of its own, which is this program with one log and one method: so the peak
-//! memory is that of the run, and one that breaks off takes no other with it.
+//! Each run is a process of its own: this program with one log and one method. So the peak memory
+//! is that of the run, and a run that crashes does not end the others.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use crate::table::Table;
 use crate::worth::NOT_BELIEVED;
 use crate::{Arguments, options, print};
 
-/// Options that [`Run`] has of its own.
+/// Options that each [`Run`] sets for itself.
 const OF_A_RUN: [&str; 5] = ["logs", "more_logs", "relations", "truth", "methods"];
 
 /// One log by one method, with its references.
@@ -73,7 +73,7 @@ pub(crate) fn evaluate(
     })
 }
 
-/// Refuses what only one run can have, and names that nothing has.
+/// Refuses options that only a single run can have, and unknown names.
 fn check(logs: &[PathBuf], methods: &[String], arguments: &Arguments) -> Result<()> {
     for method in methods {
         method.parse::<Method>().context("--method")?;
@@ -95,7 +95,7 @@ fn check(logs: &[PathBuf], methods: &[String], arguments: &Arguments) -> Result<
     Ok(())
 }
 
-/// The file that was given, or else the one beside the log that has its name.
+/// The given file, or else the one beside the log that has its name.
 fn reference(given: &Option<PathBuf>, log: &Path, extension: &str) -> Option<PathBuf> {
     let is_packed = log.extension().is_some_and(|extension| extension == "gz");
     let unpacked = if is_packed {
@@ -107,7 +107,7 @@ fn reference(given: &Option<PathBuf>, log: &Path, extension: &str) -> Option<Pat
     given.clone().or_else(beside)
 }
 
-/// What the command line says besides logs, methods and references.
+/// The arguments of the command line other than logs, methods and references.
 fn passed_on(matches: &ArgMatches) -> Vec<OsString> {
     let mut words = vec![];
     let command = Arguments::command();
@@ -128,7 +128,7 @@ fn passed_on(matches: &ArgMatches) -> Vec<OsString> {
 }
 
 impl Run<'_> {
-    /// What the run found, and whether that is to be believed.
+    /// The figures of the run, and whether they can be trusted.
     fn figures(&self, passed_on: &[OsString]) -> Result<(Value, bool)> {
         let program = std::env::current_exe().context("cannot find this program")?;
         let mut command = Command::new(program);
@@ -148,7 +148,7 @@ impl Run<'_> {
             let figures = serde_json::from_slice(&output.stdout);
             return Ok((figures.context("a run printed no figures")?, is_believed));
         }
-        // What went wrong stands last, unless the run broke off.
+        // The error message stands last, unless the run crashed.
         let last = said.trim().lines().last();
         let Some(reason) = last.and_then(|line| line.strip_prefix("evaluate: ")) else {
             eprint!("{said}");

@@ -1,4 +1,4 @@
-//! The Markdown table of several runs: a row each, printed as soon as it is known.
+//! The Markdown table of several runs: one row each, printed as soon as it is known.
 
 use std::io::Write as _;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::worth::NOT_JUDGED;
 
-/// What stands where a run has no such figure.
+/// Stands where a run lacks a figure.
 const NOTHING: &str = "–";
 
 /// A column: its title, and its cell from the figures of a run.
@@ -21,7 +21,7 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// With the columns that need relations, and those that need a reference trajectory.
+    /// Includes the columns that need relations, and those that need a reference trajectory.
     pub(crate) fn new(has_relations: bool, has_truth: bool) -> Self {
         let mut columns = vec![
             column("log", |f| text(f, "/log")),
@@ -73,7 +73,7 @@ impl Table {
         print_cells(self.columns.iter().map(|_| "---".to_owned()))
     }
 
-    /// One that failed says why behind its method.
+    /// A run that failed gives the reason after its method.
     pub(crate) fn print_row(&self, figures: &Value) -> anyhow::Result<()> {
         let error = text(figures, "/error");
         let cell = |(at, column): (usize, &Column)| match (&error, at) {

@@ -1,13 +1,12 @@
-//! `affine`: is the affine map between two clouds found, without a start and without pairs? Under
-//! 10 s.
+//! `affine`: is the affine map between two clouds found without a start and without
+//! correspondences? Under 10 s.
 //!
-//! 1. Copies: random clouds of 20 to 500 points, mapped by random affine maps, half of which
-//!    reflect, in another order. In: 2 000 pairs (`--seeds`). Every method must put each point
-//!    within 1e-9 of the cloud's extent of where it belongs.
-//! 2. What misleads them: noise of 1 % and 3 % of the extent, and a second cloud that lacks a tenth
-//!    or half of the points at one side. Median error by method, in parts of the extent. Nothing is
-//!    required of these: both methods look at clouds as wholes, so that missing points move all
-//!    moments.
+//! 1. Copies: random clouds of 20 to 500 points, in another order, mapped by random affine maps,
+//!    half of which reflect. In: 2 000 pairs (`--seeds`). Every method must put each point within
+//!    1e-9 of the cloud's extent of its true place.
+//! 2. Disturbances: noise of 1 % and 3 % of the extent, and a second cloud that lacks a tenth or
+//!    half of the points at one side. Median error by method, as a fraction of the extent. There is
+//!    no requirement: both methods use the cloud as a whole, and missing points change all moments.
 //! 3. Time for 500 points, ms.
 
 use anyhow::{Context, Result};
@@ -23,12 +22,12 @@ use crate::outcome::Outcome;
 use crate::statistics::{median, normal};
 
 const PAIRS: u64 = 2000;
-/// Points of the clouds that are timed.
+/// Number of points in the timed clouds.
 const TIMED: usize = 500;
 const TIMES: usize = 20;
-/// The most error of a copy, in parts of the extent.
+/// Maximum error of a copy, as a fraction of the extent.
 const EXACT: f64 = 1e-9;
-/// The most time for [`TIMED`] points, ms.
+/// Maximum time for [`TIMED`] points, ms.
 const MOST_MS: f64 = 2.0;
 /// Extent of a cloud, m.
 const EXTENT: f64 = 8.0;
@@ -36,9 +35,9 @@ const EXTENT: f64 = 8.0;
 /// How the second cloud differs from a copy.
 struct Spoiled {
     name: &'static str,
-    /// Standard deviation, in parts of the extent.
+    /// Standard deviation, as a fraction of the extent.
     noise: f64,
-    /// Part of the points that it lacks, at one side.
+    /// Fraction of the points that is missing, at one side.
     missing: f64,
 }
 
@@ -148,8 +147,8 @@ impl Scene {
         Ok(register_affine(&self.from, &self.to, method)?)
     }
 
-    /// Root mean square distance of the points from where they belong, seen in the first cloud, in
-    /// parts of its extent.
+    /// Root mean square distance of the points from their true places, measured in the first cloud,
+    /// as a fraction of its extent.
     fn error(&self, found: &AffineMap) -> f64 {
         let Some(back) = self.truth.linear.try_inverse() else {
             return f64::NAN;

@@ -1,24 +1,24 @@
-//! `buildings`: recorded buildings and what befalls logs of others, mapped by the default method
-//! with one set of parameters. Some minutes.
+//! `buildings`: recorded buildings, also damaged as logs of others are, mapped by the default
+//! method with one set of parameters. Some minutes.
 //!
 //! 1. The logs of the recorded data (`--data DIR`, as its README lays it out), whole: errors over
 //!    the relations of Kümmerle et al. (2009), mean shift and mean turn.
 //! 2. The same logs without odometry; with every third scan; with a tenth of the scans lost in
-//!    bursts; with wheels that are larger than believed and unequal; and Intel with 11 beams of 5 m
-//!    ([`damage`]). A relation counts only where both of its scans are left, and those that are
-//!    left may be harder or easier than the rest: of CSAIL's 1172, 27 are left by every third scan,
-//!    and the whole log errs more over those than over all. So the whole log is held against
-//!    a damaged one over the same relations.
-//! 3. Two logs of which only every metre a scan was kept, against a reference trajectory at its
-//!    revisits: mean shift, and the part that is off by more than half a metre.
-//! 4. Intel in how many times real time, and its slow scans: processor time, reading included. The
-//!    memory that Killian takes is the high-water mark of the process: it is run first, and nothing
-//!    beside it or before it but other reports, of which `all` has none before.
-//! 5. What each map is said to be worth, against the errors that were found: every torn one is
-//!    called so, and of the others less than 5 % ([`verdict`]).
+//!    bursts; with odometry whose distances are too long and which adds a turn; and Intel with 11
+//!    beams of 5 m ([`damage`]). A relation counts only if both of its scans are left, and the
+//!    remaining ones may be harder or easier than the rest: with every third scan 27 of CSAIL's
+//!    1172 are left, and the whole log has larger errors over those than over all. So a damaged log
+//!    is compared with the whole log over the same relations.
+//! 3. Two logs with only one scan per metre, against a reference trajectory at its revisits: mean
+//!    shift, and the part that is off by more than half a metre.
+//! 4. Intel: speed as a multiple of real time, and its slow scans: processor time, reading
+//!    included. The memory for Killian is the high-water mark of the process: it runs first and
+//!    alone, after no other report (in `all`, none comes before).
+//! 5. The verdict on each map, against the errors found: every torn map is called torn, and of the
+//!    others less than 5 % ([`verdict`]).
 //!
-//! `--only ROW` measures one row, and what its limits refer to. Standard error has the rows and the
-//! verdicts as tables.
+//! `--only ROW` measures one row, and the rows that its limits refer to. Rows and verdicts go to
+//! standard error as tables.
 
 mod damage;
 mod run;
@@ -43,7 +43,7 @@ const CSAIL: Building = recorded("csail");
 const BELGIOIOSO: Building = keyframes("belgioioso");
 const INFINITE_CORRIDOR: Building = keyframes("infinite-corridor");
 
-/// The rows, and what is required; Killian and Intel first, which are measured alone.
+/// The rows, and what is required of them; Killian and Intel first, which are measured alone.
 #[rustfmt::skip]
 const ROWS: [Row; 23] = [
     row(KILLIAN, Damage::Whole, Limit::AtMost([0.031, 0.39])),
@@ -73,33 +73,33 @@ const ROWS: [Row; 23] = [
 /// Rows that are measured alone, one after the other.
 const ALONE: [Case; 2] = [(KILLIAN, Damage::Whole), (INTEL, Damage::Whole)];
 
-/// The most times the error of the whole log, for [`Limit::TimesWhole`].
+/// Maximum error as a multiple of the whole log's, for [`Limit::TimesWhole`].
 const MOST_TIMES: f64 = 1.5;
-/// Intel: least times real time, and most milliseconds of all scans but one in a hundred.
+/// Intel: minimum multiple of real time, and maximum 99th percentile of the time per scan, ms.
 const LEAST_REAL_TIME_FACTOR: f64 = 500.0;
 const MOST_SCAN_MS: f64 = 5.0;
-/// Killian, MB.
+/// Maximum memory for Killian, MB.
 const MOST_MEMORY: f64 = 200.0;
 
 type Case = (Building, Damage);
 
-/// A run, and what is required of its errors.
+/// A run, and the requirement on its errors.
 #[derive(Clone, Copy)]
 struct Row {
     case: Case,
     limit: Limit,
 }
 
-/// The most that the two errors of a row may be: mean shift, m, and mean turn, °; of key frames
-/// the part of wrong motions instead of the turn.
+/// The maximum of a row's two errors: mean shift, m, and mean turn, °; for keyframes, the part of
+/// wrong motions instead of the turn.
 #[derive(Clone, Copy)]
 enum Limit {
-    /// Nothing is required: others refer to it.
+    /// No requirement: other rows refer to this one.
     None,
     AtMost([f64; 2]),
-    /// 1.5 times what the whole log has over the same relations.
+    /// 1.5 times the error of the whole log over the same relations.
     TimesWhole,
-    /// What the log without odometry has, or may have.
+    /// The error of the log without odometry, or the limit of that row if it is larger.
     AsWithoutOdometry,
 }
 
@@ -139,7 +139,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// The runs of these rows, and those that their limits refer to.
+/// Runs these rows, and those that their limits refer to.
 fn run_all(args: &Args, rows: &[&Row]) -> Found {
     let data = args.data();
     let one = |&(building, damage): &Case| {
@@ -186,7 +186,7 @@ impl Row {
         (self.case.0, Damage::Whole)
     }
 
-    /// What its map is said to be worth, and what it is.
+    /// The verdict on its map, and whether the map is torn.
     fn verdict(&self, found: &Found) -> Option<Judged> {
         let run = found.get(&self.case)?.as_ref().ok()?;
         let whole = match self.whole_log() {
@@ -196,7 +196,7 @@ impl Row {
         Some(Judged::of(self.name(), self.case.0.kind, run, whole))
     }
 
-    /// What is required by what was found; NaN, which nothing meets, where the run that it refers
+    /// The limits according to what was found; NaN, which nothing meets, if the run that they refer
     /// to failed.
     fn limits(&self, found: &Found) -> Option<[f64; 2]> {
         let run_of = |case: Case| found.get(&case)?.as_ref().ok();
@@ -222,7 +222,7 @@ impl Row {
         }
     }
 
-    /// In the order of [`Limit`].
+    /// Both errors, in the order of [`Limit`].
     fn both(&self, errors: &RelationErrors) -> [f64; 2] {
         let second = match self.case.0.kind {
             Kind::Relations => errors.rot_abs_mean.to_degrees(),
@@ -231,7 +231,7 @@ impl Row {
         [errors.trans_abs_mean, second]
     }
 
-    /// The row for the report, in JSON and as a line of the table; notes whether its limits hold.
+    /// The row for the report, in JSON and as a line of the table; records whether its limits hold.
     fn judge(&self, found: &Found, limits: Option<[f64; 2]>, outcome: &mut Outcome) -> Value {
         let name = self.name();
         let run = match found.get(&self.case) {

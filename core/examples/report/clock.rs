@@ -4,7 +4,7 @@ pub(crate) use crate::cpu_clock::cpu_seconds;
 
 const REPEATS: usize = 5;
 
-/// The least processor time of several runs, s: what disturbs them only adds.
+/// Minimum processor time of several runs, s: disturbances only add.
 pub(crate) fn least_seconds(mut work: impl FnMut()) -> f64 {
     let once = |_| {
         let begin = cpu_seconds();

@@ -1,12 +1,12 @@
-//! `controller`: motors that are not what the controller was designed for, loads, steps, and the
-//! cost of it all. About 10 s.
+//! `controller`: motors that differ from the ones the controller was designed for, loads, steps,
+//! and the cost of the controller. About 10 s.
 //!
 //! 1. The right motor's magnet 30 % stronger, then weaker; 5 m straight on at 0.25 m/s: how far the
-//!    heading gets from straight, closed loop and open loop.
-//! 2. A load that would stop a quarter of the motor's torque comes on one track, on any of these
-//!    motors: mean errors of speed and heading over the last second.
+//!    heading deviates, closed loop and open loop.
+//! 2. A load of a quarter of the motor's stall torque comes on one track, with any of these motors:
+//!    mean errors of speed and heading over the last second.
 //! 3. Overshoot of the faster track: ramps as every command makes them, at three speeds; and steps,
-//!    at which both motors may be cut off at the battery's voltage, at the two higher ones. (A step
+//!    at which both motors may saturate at the battery's voltage, at the two higher speeds. (A step
 //!    to a fifth of the highest speed is a figure without a requirement: no command makes one.)
 //! 4. A motor that makes no torque must be refused as uncontrollable.
 //! 5. Simulated seconds for a second of one core: the robot in `office` with lidar, motors and
@@ -74,7 +74,7 @@ fn load(outcome: &mut Outcome, robot: &RobotModel) -> Result<()> {
             open_error = open_error.min(final_speed_error(&trial.run(Loop::Open)?));
         }
     }
-    // An encoder count in a second, and a count's worth of heading.
+    // One encoder count per second, and the heading of one count.
     let tick = robot.metres_per_tick;
     outcome.at_most("speed_error_after_load_step_m_per_s", speed_error, tick);
     let count = (tick / robot.track_width).to_degrees();
@@ -132,7 +132,7 @@ fn speed(outcome: &mut Outcome, robot: &RobotModel, seeds: u64) -> Result<()> {
         let mut sim = Simulation::new(office.clone(), *robot, SensorModel::lidar(), seed)?;
         let begin = Instant::now();
         for turn in 0..60_u32 {
-            // Round in small circles, to the left and to the right.
+            // In small circles, to the left and to the right.
             let turn = if turn % 2 == 0 { 1.0 } else { -1.0 };
             sim.command(Command::Velocity { forward: 0.2, turn });
             for _ in 0..200 {
@@ -183,7 +183,7 @@ fn final_speed_error(samples: &[ResponseSample]) -> f64 {
     error(0).max(error(1))
 }
 
-/// Mean of the heading's error over the last second, degrees.
+/// Mean heading error over the last second, degrees.
 fn final_heading(samples: &[ResponseSample]) -> f64 {
     let tail = &samples[samples.len().saturating_sub(LAST_SECOND)..];
     let sum: f64 = tail.iter().map(|s| s.heading_error).sum();

@@ -1,12 +1,12 @@
-//! `crowd`: does a robot among people get where it goes, and what does the dynamic window gain?
-//! Half a minute for each seed of a world.
+//! `crowd`: does a robot among people reach its goal, and what does the dynamic window gain? Half a
+//! minute for each seed of a world.
 //!
-//! 1. `crowd` with its ten people, and rooms into which four are put who walk to and fro
+//! 1. `crowd` with its ten people, and rooms to which four people are added who walk to and fro
 //!    ([`PEOPLED`]); by lidar and the line filter, 20 seeds (`--seeds`, `--world`). The seed draws
-//!    noise, wear, people and goal; both ways to deal with people meet the same.
-//! 2. Two errands: exploring all of it, and a goal somewhere in it.
-//! 3. No contact with a wall, none with a person but for those who walk into the robot, by either
-//!    way. Time and way are reported, not judged.
+//!    noise, wear, people and goal; both ways of avoiding people get the same ones.
+//! 2. Two errands: exploring everything, and a goal somewhere.
+//! 3. No contact with a wall, and none with a person except those who walk into the robot, in
+//!    either case. Time and distance are reported, not judged.
 
 use std::collections::BTreeMap;
 
@@ -28,11 +28,11 @@ use crate::ride::{Ride, summary, world_named};
 use crate::statistics::{median, place_between};
 
 const SEEDS: u64 = 20;
-/// Worlds with people of their own, and worlds into which people are put.
+/// The world with people of its own, and the worlds to which people are added.
 const CROWDED: &str = "crowd";
 const PEOPLED: [&str; 2] = ["arena", "office"];
 const PEOPLE: usize = 4;
-/// People keep so far off walls and the robot's start, m.
+/// Minimum distance of people from walls and the robot's start, m.
 const ROOM: f64 = 0.3;
 const START_ROOM: f64 = 1.0;
 /// An errand that takes longer has failed, s.
@@ -97,7 +97,7 @@ impl Scene {
         Ok(Self { world, area, seed })
     }
 
-    /// Somewhere in it.
+    /// A goal somewhere in the world.
     fn goal(&self) -> Result<Mode> {
         let robot = self.world.robot.model();
         let sim = Simulation::new(self.world.clone(), robot, SensorModel::lidar(), self.seed)?;
@@ -117,7 +117,7 @@ impl Scene {
     }
 }
 
-/// Somebody who walks to and fro between two places that see each other.
+/// Somebody who walks to and fro between two places with a clear line of sight.
 fn person(world: &World, rng: &mut ChaCha8Rng) -> Mover {
     let caster = Caster::new(world.walls());
     let (low, high) = world.bounds();

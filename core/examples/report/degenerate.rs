@@ -1,14 +1,14 @@
-//! `degenerate`: does every method say that a corridor tells nothing of the way along it, and only
-//! there? About 1 min.
+//! `degenerate`: does every method report that a corridor says nothing of the position along it,
+//! and only there? About 1 min.
 //!
-//! Pairs of scans up to 0.3 m and 10° apart, σ 1 cm, as those of `registration`; in: 300 of each
+//! Pairs of scans up to 0.3 m and 10° apart, σ 1 cm, like those of `registration`; in: 300 of each
 //! kind (`--seeds`).
 //!
-//! 1. `corridor`, where the true walls in sight of both scans say next to nothing of one way (less
-//!    than a hundredth of what they say of all ways). Required of every method: 95 % are called
-//!    degenerate, with the axis of the walls to within 10°.
-//! 2. `office`, where they say more than a twentieth of every way. Required: at most 2 % are called
-//!    degenerate.
+//! 1. `corridor`, where the true walls visible in both scans give next to no information along one
+//!    direction (less than a hundredth of their information in all directions). Required of every
+//!    method: 95 % are called degenerate, with the axis of the walls to within 10°.
+//! 2. `office`, where they give more than a twentieth in every direction. Required: at most 2 % are
+//!    called degenerate.
 
 use anyhow::{Context, Result};
 use nalgebra::Vector2;
@@ -27,16 +27,16 @@ const SAYS_NOTHING: f64 = 0.01;
 const SAYS_ENOUGH: f64 = 0.05;
 const LEAST_TOLD: f64 = 0.95;
 const MOST_FALSE: f64 = 0.02;
-/// Cosine of the most that the axis may be off.
+/// Cosine of the maximum error of the axis.
 const AXIS: f64 = 0.985;
-/// How far scans are apart at most, in parts of those of `registration`: 0.3 m, 10°.
+/// Maximum distance of scans, as a fraction of that in `registration`: 0.3 m, 10°.
 const CLOSER: f64 = 0.3;
 const TRIES: usize = 100_000;
 
 struct Pair {
     fixed: Cloud,
     moving: Cloud,
-    /// The way of which the walls say least, in the frame of the fixed scan.
+    /// The direction in which the walls give least information, in the frame of the fixed scan.
     axis: Vector2<f64>,
 }
 
@@ -72,7 +72,7 @@ fn part(pairs: &[Pair], holds: impl Fn(&Pair) -> bool) -> f64 {
     pairs.iter().filter(|pair| holds(pair)).count() as f64 / pairs.len().max(1) as f64
 }
 
-/// Pairs in a world whose walls say so much, seen from either scan.
+/// Pairs in a world whose walls give the wanted information, seen from either scan.
 fn pairs(world: &str, count: u64, is_wanted: impl Fn(f64) -> bool) -> Result<Vec<Pair>> {
     let building = Buildings::of([world_named(world)?]);
     let drawn = |seed: u64| {

@@ -1,14 +1,14 @@
-//! `distance`: whether the distance transform is exact, and whether its time grows as the number of
-//! cells. About 20 s.
+//! `distance`: is the distance transform exact, and does its time grow linearly with the number of
+//! cells? About 20 s.
 //!
 //! 1. Every cell of 40 grids of up to 128 x 128, from empty over a single source to half of all
-//!    cells, against the least distance over all sources tried one by one.
-//! 2. Time per cell for squares of 256 to 4096 cells, one cell in 200 a source; the exponent of the
-//!    time over the number of cells, by a line through the logarithms, must be near 1. Beside it
-//!    the time of a pass that reads a byte and writes four, over as many cells: memory gives no
-//!    more.
+//!    cells, against the minimum distance over all sources tried one by one.
+//! 2. Time per cell for squares of 256 to 4096 cells, one cell in 200 a source. The exponent of the
+//!    time against the number of cells, from a line through the logarithms, must be near 1. Beside
+//!    it, the time of a pass that reads a byte and writes four, over as many cells: the limit that
+//!    memory sets.
 //!
-//! Times are processor times, the least of several runs.
+//! Times are processor times, the minimum of several runs.
 
 use std::hint::black_box;
 
@@ -25,9 +25,9 @@ use crate::{Args, Outcome};
 const SIDES: [usize; 5] = [256, 512, 1024, 2048, 4096];
 const DENSITY: f64 = 0.005;
 const CELL: f64 = 0.05;
-/// Linear is 1; what the caches hold is a little cheaper than what they do not.
+/// Linear is 1; what fits in the caches is a little cheaper per cell.
 const MOST_EXPONENT: f64 = 1.1;
-/// Of an `f32` at the distances that occur, m.
+/// Rounding of an `f32` at the distances that occur, m.
 const ROUNDING: f64 = 1e-6;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {

@@ -3,14 +3,14 @@
 //! In: 100 seeds of one lap of `loop` and of a tour of `office`; all forms of the filter listen to
 //! the same run. Out, for each world and form: the pose's NEES averaged over the seeds (3 if
 //! honest) at each scan, its mean over the scans after the first metre, and at the end; the part of
-//! the scans in which it lies in the 95 % band of a mean of χ²(3) over so many seeds; that of the
-//! heading alone (1 if honest); ATE; walls that are in the map twice; matches with a wrong wall.
-//! Then the same for the consistent form on random errands in the other worlds, half of the seeds
-//! each, and the lesson ([`crate::heading`]): what the forms differ in.
+//! the scans in which it lies in the 95 % band of a mean of χ²(3) over as many seeds; the NEES of
+//! the heading alone (1 if honest); ATE; duplicate walls in the map; matches with a wrong wall.
+//! Then the same for the consistent form on random errands in the other worlds, with half of the
+//! seeds each, and the lesson ([`crate::heading`]), which shows what the forms differ in.
 //!
 //! It holds if the consistent form's average lies in the band, if no wall of `loop` and `office` is
-//! there twice, and if the lesson shows: the consistent form honest, the textbook's not. About 4
-//! minutes of one core. `--world lab` measures that world alone.
+//! in the map twice, and if the lesson shows the consistent form to be honest and the textbook's
+//! not. About 4 minutes of one core. `--world lab` measures that world alone.
 
 use std::collections::BTreeMap;
 use std::thread;
@@ -25,8 +25,8 @@ use crate::outcome::Outcome;
 use crate::statistics::chi2_mean_band;
 use crate::tour::{LOOP, Listener, OFFICE, Tour, drive};
 
-/// Worlds without requirements of their own: were the settings made for `loop` and `office` alone,
-/// it would show here.
+/// Worlds without requirements of their own: settings tuned to `loop` and `office` alone would show
+/// here.
 const OTHERS: [Tour; 5] = [
     Tour::errands("arena", 6),
     Tour::errands("doors", 6),
@@ -35,11 +35,11 @@ const OTHERS: [Tour; 5] = [
     Tour::errands("warehouse", 6),
 ];
 
-/// First-estimate Jacobians, newest-estimate Jacobians, and the first form without states for the
-/// odometry's systematic errors. The last one matches the lines of a scan one by one instead of
+/// First-estimate Jacobians; newest-estimate Jacobians; the first form without states for the
+/// odometry's systematic errors; and one that matches the lines of a scan one by one instead of
 /// together.
 const FORMS: [&str; 4] = ["consistent", "plain", "uncalibrated", "nearest"];
-/// Scans of the first metre: what is known of the start exactly still shows in them.
+/// Scans of the first metre, in which the exactly known start still has an effect.
 const FIRST_SCANS: usize = 20;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
@@ -125,7 +125,7 @@ fn forms() -> [EkfConfig; 4] {
     [consistent, plain, uncalibrated, nearest]
 }
 
-/// Adds the figures of one form in one world; gives the mean of the averaged NEES over the scans.
+/// Adds the figures of one form in one world; returns the averaged NEES, averaged over the scans.
 pub(crate) fn summarise(
     outcome: &mut Outcome,
     key: &dyn Fn(&str) -> String,
@@ -188,7 +188,7 @@ pub(crate) fn summarise(
     over_scans
 }
 
-/// The mean over the seeds at each scan after the first metre, as far as all runs go.
+/// The mean over the seeds at each scan after the first metre, up to the end of the shortest run.
 fn average(listeners: &[&Listener], of: impl Fn(&Listener) -> &Vec<f64>) -> Vec<f64> {
     let scans = listeners.iter().map(|l| of(l).len()).min().unwrap_or(0);
     let at = |scan: usize| {

@@ -1,14 +1,14 @@
-//! `ekf-cost`: what does a line cost the filter, and how does that grow with the map?
+//! `ekf-cost`: what does a line cost the filter, and how does the cost grow with the map?
 //!
-//! 1. A whole update with one match at 1 000 landmarks against one pass over as many numbers that
-//!    reads, changes and writes each: memory gives no more.
+//! 1. A whole update with one match at 1 000 landmarks, against one pass that reads, changes and
+//!    writes as many numbers: the limit that memory sets.
 //! 2. A step of ten lines at 100, 200 and 500 landmarks, association included, line by line and
-//!    with joint compatibility. What peers need for such steps is measured by the example
-//!    `workloads`.
-//! 3. Allocations in updates that add no landmark, after some to warm up: none.
+//!    with joint compatibility. The example `workloads` measures such steps against those of the
+//!    peers.
+//! 3. Allocations in updates that add no landmark, after some warm-up updates: none.
 //!
-//! Times are the fastest tenth's slowest (point 1: the best of 20 such, by turns): what other
-//! programs take of the machine only ever adds. About 10 s.
+//! Times are the first decile (point 1: the best of 20 of these, in turns), because other programs
+//! on the machine only ever add. About 10 s.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -45,7 +45,7 @@ fn whole_update(outcome: &mut Outcome) -> Result<()> {
     let n = 5 + 2 * 1000;
     let mut triangle = vec![1.0_f64; n * (n + 1) / 2];
     let (mut update, mut pass, mut failed) = (f64::INFINITY, f64::INFINITY, false);
-    // By turns, so that both meet with what else the machine does.
+    // In turns, so both see the same disturbances of the machine.
     for _ in 0..20 {
         update = update.min(quiet(11, || failed |= observe(&mut slam, &seen).is_err()));
         pass = pass.min(quiet(11, || {
@@ -102,7 +102,7 @@ fn allocations(outcome: &mut Outcome) -> Result<()> {
     Ok(())
 }
 
-/// Seconds that `work` takes when nothing disturbs it: the first decile.
+/// First decile of the seconds that `work` takes: its time when nothing disturbs it.
 fn quiet(times: usize, mut work: impl FnMut()) -> f64 {
     work();
     let seconds = (0..times).map(|_| {

@@ -1,4 +1,4 @@
-//! A way to a random place of a simulated world, for reports and tests.
+//! A route to a random place of a simulated world, for reports and tests.
 
 use std::collections::VecDeque;
 
@@ -9,7 +9,7 @@ use slamlab_core::sim::Simulation;
 
 const CELL: f64 = 0.1;
 
-/// A way to a random place, by breadth-first search over cells with room for the robot; world
+/// A route to a random place, by breadth-first search over cells with room for the robot; world
 /// frame.
 pub(crate) fn errand(sim: &Simulation, rng: &mut ChaCha8Rng) -> VecDeque<Point2<f64>> {
     let (low, high) = sim.world().bounds();

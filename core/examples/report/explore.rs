@@ -1,16 +1,16 @@
-//! `explore`: does a robot dropped into an unknown building see all of it, by itself and on a short
-//! way? Some minutes for each seed of all worlds; what was run goes to standard error.
+//! `explore`: does a robot in an unknown building see all of it, by itself and on a short path?
+//! Some minutes for each seed of all worlds; what was run goes to standard error.
 //!
 //! 1. Every built-in world but `campus` (days of driving), by lidar and the line filter, 20 seeds
-//!    (`--seeds`, `--world`): by each strategy (`--strategy`), among them the nearest frontier. The
-//!    seed draws noise and wear; it is the same for all.
-//! 2. Where the four rangers are enough ([`RANGER_WORLDS`]): the same by them, with a scan at each
-//!    stand.
-//! 3. A run ends by itself, or after an hour of simulated time, with the rangers three, which is a
-//!    failure. Explored is the part of the area that a robot of its size could see from where it
-//!    could stand; the way is the true one.
-//! 4. Contacts are with what the robot drove into. People who walk into a robot that stands are
-//!    counted apart, and are no fault of it.
+//!    (`--seeds`, `--world`): by each strategy (`--strategy`), including the nearest frontier. The
+//!    seed draws noise and wear, the same for all strategies.
+//! 2. The same with the four rangers in the worlds where they are enough ([`RANGER_WORLDS`]), with
+//!    a scan at each stop.
+//! 3. A run ends by itself; it fails after an hour of simulated time, with the rangers three.
+//!    Explored is the part of the area that a robot of its size could see from where it could
+//!    stand; the path length is the true one.
+//! 4. Contacts are with what the robot drove into. People who walk into a standing robot are
+//!    counted separately, and are not its fault.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -28,13 +28,13 @@ use crate::statistics::median;
 
 const SEEDS: u64 = 20;
 const SKIPPED: &str = "campus";
-/// Worlds whose halls a ranger of 1.5 m can follow, and where nobody walks: whoever comes stops a
-/// robot that can scan only standing.
+/// Worlds whose halls a ranger of 1.5 m can follow, and where nobody walks: a robot that can only
+/// scan while standing stops for everyone who approaches.
 const RANGER_WORLDS: [&str; 6] = ["arena", "doors", "office", "corridor", "loop", "maze"];
 const CELL: f64 = 0.05;
-/// So much of the reachable area has to be seen, in the median of each world.
+/// The median of each world has to reach this part of the reachable area.
 const EXPLORED: f64 = 0.95;
-/// In so great a part of the worlds the way has to be shorter than to nearest frontiers.
+/// In this part of the worlds the path has to be shorter than with nearest frontiers.
 const SHORTER: f64 = 0.8;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
@@ -61,7 +61,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// Those that were asked for, or all.
+/// The strategies that were asked for, or all.
 fn strategies(asked: &[String]) -> Result<Vec<Strategy>> {
     let all = FrontierChoice::ALL.map(|(label, choice, _)| (label, choice));
     let names = chosen("strategy", asked, all.map(|(label, _)| label))?;
@@ -119,7 +119,7 @@ impl Scene {
     }
 }
 
-/// A run that takes longer does not end by itself, s. Who stands still for each scan takes longer.
+/// A longer run counts as failed, s. A robot that stands still for each scan takes longer.
 fn longest(sensor: SensorKind) -> f64 {
     match sensor {
         SensorKind::Rangers => 3.0 * 3600.0,
@@ -127,7 +127,7 @@ fn longest(sensor: SensorKind) -> f64 {
     }
 }
 
-/// What all worlds have to show together.
+/// Requirements over all worlds together.
 #[derive(Default)]
 struct Totals {
     worlds: u32,
@@ -138,7 +138,7 @@ struct Totals {
 }
 
 impl Totals {
-    /// Sums up the runs of a world, and gives its figures.
+    /// Adds the runs of a world to the totals, and returns its figures.
     fn take(&mut self, sensor: SensorKind, rows: &[Row]) -> Value {
         let mut figures = Map::new();
         let labels: BTreeSet<&str> = rows.iter().flat_map(|row| row.keys().copied()).collect();
@@ -146,7 +146,7 @@ impl Totals {
             let runs = rows.iter().filter_map(|row| row.get(label).copied());
             figures.insert(label.into(), summary(&runs.collect::<Vec<_>>()));
         }
-        // The requirements are on what the robot does by default.
+        // The requirements apply to the robot's default.
         let own = label(FrontierChoice::default());
         let by = |choice| median_ratio(rows, own, label(choice));
         let (ratio, by_room) = (by(FrontierChoice::Nearest), by(FrontierChoice::RoomByRoom));
@@ -175,7 +175,7 @@ impl Totals {
     }
 }
 
-/// The way of one strategy by that of another in the same run, where both were driven.
+/// Median ratio of path lengths of two strategies in the same run, where both were driven.
 fn median_ratio(rows: &[Row], one: &str, other: &str) -> f64 {
     let pairs = (rows.iter()).filter_map(|row| row.get(one).zip(row.get(other)));
     median(pairs.map(|(one, other)| one.way / other.way))

@@ -1,30 +1,30 @@
 //! `features`: which points does a scan show, and are they found again in the next? Under a minute.
 //!
 //! In: built-in worlds ([`WORLDS`]), 60 places each (`--seeds`, `--world`), where the robot can
-//! stand; from each two scans of 720 beams with σ 1 cm, of two moves:
+//! stand; from each place, two scans of 720 beams with σ 1 cm, for each of two moves:
 //!
 //! | move | how far | what is known of it |
 //! |---|---|---|
 //! | `near` | up to 0.3 m, 15° | odometry: σ 2 cm, 1.5° |
 //! | `far` | 0.5 to 1.5 m, any turn | nothing: odometry says that the robot stood still |
 //!
-//! Truth: a point is of the true corner, where sides end or meet, or of the pillar that is nearest
-//! to it in the simulator's world,
-//! within 10 cm; of two scans, points of one kind at one true thing are the same. Spikes are left
-//! out: the edge of what hides something stands elsewhere in each scan, so there is no truth.
+//! Truth: a point belongs to the nearest true corner (where sides end or meet) or pillar of the
+//! simulator's world, if that is within 10 cm; of two scans, points of one kind at one true thing
+//! are the same. Spikes are left out: the edge of an occluding object lies elsewhere in each scan,
+//! so they have no truth.
 //!
-//! Out, for each move and way of matching (Pilch 2016 §1.2.3, eq. 1.13-1.16), by the points of the
-//! second scan: TPR, those of the first found again as what they are; FPR, those that the first
+//! Out, for each move and method of matching (Pilch 2016 §1.2.3, eq. 1.13-1.16), by the points of
+//! the second scan: TPR, those of the first found again as what they are; FPR, those that the first
 //! scan does not have and that are taken for one of it; PPV, pairs that are right; ACC, points
-//! decided rightly. The ROC of `near` has (FPR, TPR) over the gate. And of each kind, how many of
+//! decided rightly. The ROC of `near` has (FPR, TPR) over the gate. Also for each kind, how many of
 //! 100 points stand at a true thing, with the NEES of those.
 //!
-//! It holds if a near move leaves TPR ≥ 0.9 and PPV ≥ 0.95 by both ways that know the motion, if
+//! It holds if a near move gives TPR ≥ 0.9 and PPV ≥ 0.95 by both methods that know the motion, if
 //! TPR and FPR grow with the gate, and if relations find the far move with TPR ≥ 0.5 and PPV ≥
 //! 0.95; if 95 % of the corners, crossings and circles stand where something is, with a median NEES
 //! from 0.8 to 2 (1.39 is honest), and at most 10 % beyond the 99 % of their covariance. These
-//! bounds are of all four worlds together: what is narrower than the window, as the posts of the
-//! glazing in `lab` and the ends of thin walls, is seldom told apart.
+//! bounds apply to all four worlds together: things narrower than the window, like the posts of the
+//! glazing in `lab` and the ends of thin walls, are seldom told apart.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -53,10 +53,10 @@ const PLACES: u64 = 60;
 const BEAMS: usize = 720;
 const SIGHT: f64 = 8.0;
 const SIGMA: f64 = 0.01;
-/// What odometry errs, m and rad.
+/// σ of the odometry, m and rad.
 const WAY_SIGMA: f64 = 0.02;
 const TURN_SIGMA: f64 = 0.026;
-/// A point farther from a true thing is none, m.
+/// A point farther from every true thing belongs to none, m.
 const REACH: f64 = 0.1;
 /// 99 % of χ² with 2 degrees of freedom.
 const BEYOND: f64 = 9.21;
@@ -64,7 +64,7 @@ const BEYOND: f64 = 9.21;
 const GATES: [f64; 9] = [0.05, 0.2, 0.5, 1.0, 2.0, 4.0, 9.21, 20.0, 60.0];
 const KINDS: [&str; 3] = ["corner", "crossing", "circle"];
 
-/// A move, and how often the ways of matching decided rightly.
+/// A move, and how often the methods of matching decided rightly.
 struct Move {
     name: &'static str,
     way: [f64; 2],
@@ -169,7 +169,7 @@ fn roc(outcome: &mut Outcome, pairs: &[Pair]) {
             })
             .collect();
         outcome.figure(format!("roc_{name}_gate_fpr_tpr"), json!(curve));
-        // Relations stop to grow where more chance placements fit.
+        // Relations stop growing once more chance placements fit.
         let grows = |i: usize| curve.is_sorted_by(|a, b| a[i] <= b[i] + 0.005);
         let holds = method == PointMatching::Relations || grows(1) && grows(2);
         outcome.require(holds, || {
@@ -198,7 +198,7 @@ impl Site {
         })
     }
 
-    /// A scan from a pose, and its points.
+    /// The points in a simulated scan from a pose.
     fn look(&self, pose: &Pose2, rng: &mut ChaCha8Rng) -> Result<Vec<PointFeature>> {
         let beams = (0..BEAMS).map(|beam_idx| {
             let bearing = TAU * beam_idx as f64 / BEAMS as f64;
@@ -229,18 +229,18 @@ fn standing(world: &World) -> Vec<Point2<f64>> {
     reachable_area(world, radius, 0.1).centres().collect()
 }
 
-/// Points of one kind, and the NEES of those that stand at something.
+/// Points of one kind, and the NEES of those that stand at a true thing.
 #[derive(Default)]
 struct Standing {
     found: usize,
     nees: Vec<f64>,
 }
 
-/// Two scans, and what is true of their points.
+/// Two scans, and the truth of their points.
 struct Pair {
     before: Vec<PointFeature>,
     now: Vec<PointFeature>,
-    /// What each point is of; points of one kind with one number are the same.
+    /// What each point belongs to; points of one kind with one number are the same.
     of_before: Vec<Option<Thing>>,
     of_now: Vec<Option<Thing>>,
     /// By odometry.
@@ -305,7 +305,7 @@ impl Pair {
 }
 
 impl Site {
-    /// Two places with free sight from one to the other.
+    /// Two places with a clear line of sight.
     fn drawn_poses(&self, step: &Move, rng: &mut ChaCha8Rng) -> Option<(Pose2, Pose2)> {
         for _ in 0..10_000 {
             let from = *self.places.get(rng.random_range(0..self.places.len()))?;
@@ -349,7 +349,7 @@ fn note(
     }
 }
 
-/// What was counted over the points of second scans.
+/// Counts over the points of the second scans.
 fn score_of(pairs: &[Pair], config: &PointMatchConfig) -> RefindingCounts {
     let mut score = RefindingCounts::default();
     for pair in pairs {
@@ -366,7 +366,7 @@ fn score_of(pairs: &[Pair], config: &PointMatchConfig) -> RefindingCounts {
     score
 }
 
-/// By name; each a fraction of 1.
+/// Ratios by name, each from 0 to 1.
 fn ratios(score: &RefindingCounts) -> BTreeMap<&'static str, f64> {
     BTreeMap::from([
         ("tpr", score.tpr()),

@@ -1,12 +1,12 @@
-//! `gauss-transform`: does the fast Gauss transform keep the error that was asked for, and does its
+//! `gauss-transform`: does the fast Gauss transform keep the requested error bound, and does its
 //! time grow with M + N? About 30 s.
 //!
 //! 1. Error: 2 000 sources with weights of both signs, 1 000 targets, σ from a thousandth of the
-//!    extent to ten times it, errors asked for from 1e-2 to 1e-10; every way against the sum as it
-//!    is written. It must never be above what was asked for, in parts of Σ|q|.
-//! 2. Time: M = N from 1 000 to 256 000 points, σ a tenth of the extent, error 1e-6, by the way
-//!    that is taken by itself. The time is fitted by c nᵖ. p must be at most 1.15: with every pair
-//!    it would be 2.
+//!    extent to ten times it, error bounds from 1e-2 to 1e-10; every algorithm against the direct
+//!    sum. The error must never exceed the bound, in units of Σ|q|.
+//! 2. Time: M = N from 1 000 to 256 000 points, σ a tenth of the extent, error 1e-6, with the
+//!    algorithm that is chosen automatically. The time is fitted by c nᵖ. p must be at most 1.15:
+//!    summing over every pair would give 2.
 
 use anyhow::Result;
 use nalgebra::Point2;
@@ -22,16 +22,16 @@ use crate::statistics::fit_line;
 
 const SOURCES: usize = 2_000;
 const TARGETS: usize = 1_000;
-/// In parts of the extent.
+/// Values of σ, as fractions of the extent.
 const SIGMAS: [f64; 9] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
 const ERRORS: [f64; 5] = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10];
 const SIZES: [usize; 5] = [1_000, 4_000, 16_000, 64_000, 256_000];
-/// σ of what is timed, in parts of the extent, and its error.
+/// For the timing: σ as a fraction of the extent, and the error bound.
 const TIMED: (f64, f64) = (0.1, 1e-6);
 const MOST_EXPONENT: f64 = 1.15;
 /// Extent of the clouds, m.
 const EXTENT: f64 = 10.0;
-/// What rounding leaves, in parts of Σ|q|.
+/// Rounding error, in units of Σ|q|.
 const ROUNDING: f64 = 1e-13;
 
 pub(crate) fn measure(_: &Args) -> Result<Outcome> {
@@ -89,7 +89,7 @@ pub(crate) fn measure(_: &Args) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// The sum as it is written.
+/// The direct sum.
 fn plain(sources: &[Point2<f64>], weights: &[[f64; 1]], target: &Point2<f64>, sigma: f64) -> f64 {
     let scale = -0.5 / (sigma * sigma);
     let terms = sources.iter().zip(weights);

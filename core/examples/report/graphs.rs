@@ -1,17 +1,18 @@
-//! `graphs`: published pose graphs, from the files' own poses. Seconds.
+//! `graphs`: published pose graphs, optimised from the files' own poses. Seconds.
 //!
-//! 1. `intel.g2o` and `m3500.g2o` of the recorded data (`--data`) end at the χ² where g2o ends.
-//! 2. What one update costs: the last poses of `m3500.g2o` come one by one, with their edges, and
-//!    the graph is solved after each; and what covariances cost, from the newest pose to all.
-//! 3. With `--peers FILE`, from the same machine and hour: the same χ² as g2o's and GTSAM's lines,
-//!    in at most half of g2o's time. Ours is the median of some runs, each with a new order. FILE
-//!    has lines `peer workload median_ms chi2=…` of peers that begin with `g2o` and `gtsam`, for
-//!    the workloads `posegraph_intel` and `posegraph_m3500`. Of g2o's lines the fastest counts that
-//!    ends where the best of them does; of GTSAM's the best. GTSAM takes the logarithm of an
-//!    error, g2o its (x, y, θ): their χ² agree as far as errors are small, and are compared so.
-//!    Ours may be below GTSAM's: an edge of `intel.g2o` (from 160 to 161, where the robot turned on
-//!    the spot) has an information of 2.7e12 along one axis, and GTSAM 4.3 does not solve that file
-//!    even from the minimum.
+//! 1. `intel.g2o` and `m3500.g2o` of the recorded data (`--data`) end at the same χ² as in g2o.
+//! 2. The cost of one update: the last poses of `m3500.g2o` arrive one by one, with their edges,
+//!    and the graph is optimised after each; and the cost of covariances, from the newest pose
+//!    alone to all.
+//! 3. With `--peers FILE`, from the same machine and hour: the same χ² as in the lines of g2o and
+//!    GTSAM, in at most half of g2o's time. Ours is the median of some runs, each with a new
+//!    elimination order. FILE has lines `peer workload median_ms chi2=…` of peers that begin with
+//!    `g2o` and `gtsam`, for the workloads `posegraph_intel` and `posegraph_m3500`. Of g2o's lines
+//!    the fastest counts that ends where the best of them does; of GTSAM's the best. GTSAM takes
+//!    the logarithm of an error, g2o its (x, y, θ): their χ² agree only as far as errors are small,
+//!    and are compared accordingly. Ours may be below GTSAM's: an edge of `intel.g2o` (from 160 to
+//!    161, where the robot turned on the spot) has an information of 2.7e12 along one axis, and
+//!    GTSAM 4.3 does not solve that file even from the minimum.
 
 use std::path::Path;
 
@@ -26,15 +27,15 @@ use crate::{Args, Outcome};
 
 /// Name of the file, and χ² of g2o-python 0.0.12 after 20 steps of Gauss-Newton.
 const GRAPHS: [(&str, f64); 2] = [("intel", 215.830_235), ("m3500", 137.912_951)];
-/// The graph that grows, and how many poses of it come one by one.
+/// The graph that grows, and how many of its poses arrive one by one.
 const GROWS: &str = "m3500";
 const UPDATES: usize = 100;
 const RUNS: usize = 11;
 const MOST_ITERATIONS: usize = 100;
-/// By how much of itself χ² may differ from g2o's, and from GTSAM's.
+/// Maximum relative difference of χ² from g2o's, and from GTSAM's.
 const AS_G2O: f64 = 1e-6;
 const AS_GTSAM: f64 = 1e-4;
-/// The most of g2o's time.
+/// Maximum time, as a fraction of g2o's.
 const MOST_TIME: f64 = 0.5;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
@@ -134,8 +135,8 @@ fn grow(outcome: &mut Outcome, name: &str, whole: &PoseGraph) -> Result<()> {
     let mut iterations = vec![];
     for (index, pose) in solved.poses().iter().enumerate() {
         let mut edges = whole.edges().iter().filter(|e| e.from.max(e.to) == index);
-        // Until the graph is as large as it is to be, as it will be in the end; then where the
-        // motion from the last pose leads.
+        // Until the graph reaches its initial size, the optimised pose; then the pose that the
+        // motion from the last pose leads to.
         let step = edges.clone().find(|e| e.from + 1 == index);
         let ahead = step.and_then(|e| Some(*graph.poses().get(e.from)? * e.motion));
         graph.add_pose(ahead.filter(|_| index >= begun).unwrap_or(*pose));

@@ -1,13 +1,13 @@
-//! `grid`: what the occupancy grid costs, and whether its cells are right. About a minute.
+//! `grid`: what the occupancy grid costs, and whether its cells are correct. About a minute.
 //!
-//! 1. 100 scans of 360 beams from random places in `office`, up to 12 m, drawn by each way to find
+//! 1. 100 scans of 360 beams from random places in `office`, up to 12 m, drawn by each rule for
 //!    free cells, against a grid that shares no code (`grid/naive.rs`): every cell to the bit.
 //!    Cells whose centre lies on a side of the area are skipped and counted.
-//! 2. Memory by mapped square metre, after 1 000 scans; and a site of 1 km² of streets between
-//!    buildings, in which a robot drives along every street: all allocations of the program, which
-//!    must stay below 1 GB.
+//! 2. Memory per mapped square metre, after 1 000 scans; and a site of 1 km² of streets between
+//!    buildings, in which a robot drives along every street: all allocations of the program must
+//!    stay below 1 GB.
 //! 3. With `--peers FILE` (lines of the peers' programs and of the example `workloads`, from one
-//!    machine and hour): the area in MRPT's time on its scans.
+//!    machine and hour): the time of the area rule as a fraction of MRPT's, on its scans.
 
 mod naive;
 mod site;
@@ -33,9 +33,9 @@ use crate::{Args, Outcome};
 const SCANS: usize = 1000;
 const BEAMS: usize = 360;
 const RANGE: f64 = 12.0;
-/// Scans that the naive grid draws too.
+/// Number of scans that the naive grid draws too.
 const CHECKED: usize = 100;
-/// What a browser gives a page, with some to spare.
+/// What a browser allows a page, with some to spare.
 const BROWSER_BYTES: f64 = 1e9;
 const RULES: [(&str, FreeCells); 3] = [
     ("crossed", FreeCells::Crossed),
@@ -121,7 +121,8 @@ fn scans() -> Result<Vec<Seen>> {
     let (low, high) = world.bounds();
     let caster = Caster::new(world.walls());
     let mut rng = ChaCha8Rng::seed_from_u64(21);
-    // Walls of the world lie on borders of cells, where rounding decides: a map's frame does not.
+    // Walls of the world lie on borders of cells, where rounding decides; this map frame avoids
+    // that.
     let map_from_world = Pose2::new(0.0123, 0.0217, 0.1);
     let mut pose = |_| {
         let at = place_between(low, high, &mut rng);

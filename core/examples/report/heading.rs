@@ -1,13 +1,13 @@
-//! The lesson of `ekf-consistency`: what nothing measures, a filter must not learn.
+//! The lesson of `ekf-consistency`: a filter must not learn what nothing measures.
 //!
 //! In: a robot that has lost its heading by 3° before it sees the first wall, and then drives in
-//! circles and sees the same six walls all the time, with noise. Out, for both forms of the filter:
-//! NEES of heading and pose, and how sure each is of its heading.
+//! circles and keeps seeing the same six walls, with noise. Out, for both forms of the filter: NEES
+//! of heading and pose, and how certain each is of its heading.
 //!
 //! No sighting says where the map's x axis points: robot and walls may be turned together by any
-//! angle. So the heading's standard deviation can never fall below the 3°; that is the independent
-//! truth. The textbook's filter takes its Jacobians at ever new estimates, these disagree on which
-//! turns are possible, and it believes to learn the heading.
+//! angle. So the heading's standard deviation can never fall below the 3°, which is the independent
+//! truth. The textbook's filter takes its Jacobians at ever new estimates. These disagree about
+//! which turns are unobservable, and the filter appears to learn the heading.
 //!
 //! Source: Huang, Mourikis & Roumeliotis (2010), "Observability-based rules for designing
 //! consistent EKF SLAM estimators"; Bailey et al. (2006), "Consistency of the EKF-SLAM algorithm":
@@ -27,18 +27,18 @@ use crate::statistics::normal;
 
 /// Standard deviation of the heading before the first wall is seen, rad.
 pub(crate) const LOST: f64 = 3.0 * std::f64::consts::PI / 180.0;
-/// Of a sighting: α, rad, and r where the wall was seen, m.
+/// σ of a sighting: α, rad, and r where the wall was seen, m.
 const ALPHA_SIGMA: f64 = 0.03;
 const R_SIGMA: f64 = 0.05;
-/// Of each step of the odometry: along, across, m, and heading, rad.
+/// σ of each odometry step: along, across, m, and heading, rad.
 const STEP_SIGMAS: [f64; 3] = [0.03, 0.02, 0.03];
 /// Each step on the circle, m and rad.
 const STEP: (f64, f64) = (0.2, 0.2);
 
-/// Twelve rounds.
+/// Twelve laps.
 const SCANS: usize = 400;
 
-/// What one form of the filter believes at the end of one run.
+/// What one form of the filter believes at the end of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Belief {
     pub(crate) heading_nees: f64,
@@ -87,7 +87,7 @@ pub(crate) fn run(consistency: Consistency, seed: u64) -> Result<Belief> {
     })
 }
 
-/// A room of six walls, no two parallel, around the circle that the robot drives to its left.
+/// A room of six walls, no two parallel, around the circle, which the robot drives to its left.
 fn room() -> Vec<Segment> {
     #[rustfmt::skip]
     let corners = [(-4.0, -2.0), (1.0, -3.0), (5.0, 0.0), (4.0, 5.0), (-1.0, 6.0), (-5.0, 3.0)];

@@ -1,13 +1,13 @@
-//! `kidnap`: does a robot that was carried off find itself again, and one that begins anywhere?
+//! `kidnap`: does a kidnapped robot find itself again, and a robot that starts anywhere?
 //!
-//! 1. [`simulated`]: in `office`, by lidar, it drives to random places, is carried to another one
-//!    after half a minute, and goes on driving; 50 seeds (`--seeds`).
+//! 1. [`simulated`]: in `office`, by lidar, it drives to random places, is carried to another place
+//!    after half a minute, and drives on; 50 seeds (`--seeds`).
 //! 2. [`recorded`]: in the map of Intel, from 100 places along the log (`--data DIR`, with
 //!    `intel/intel.clf` in it).
 //!
-//! Found means sure ([`Localisation::Localised`]) and right. Never may a robot that begins anywhere
-//! be sure and wrong; how long a kidnapped one takes to notice is reported. A few minutes of one
-//! core.
+//! Found means sure ([`Localisation::Localised`]) and right. A robot that starts anywhere must
+//! never be sure and wrong; how long a kidnapped one takes to notice is reported. A few minutes of
+//! one core.
 //!
 //! [`Localisation::Localised`]: slamlab_core::estimation::Localisation::Localised
 
@@ -21,9 +21,9 @@ use slamlab_core::session::Session;
 
 use super::{Args, Outcome};
 
-/// A pose that is off by less than this is right, m and rad.
+/// A pose within these errors is right, m and rad.
 const RIGHT: [f64; 2] = [0.3, 0.1];
-/// One that is off by more than this is wrong, m and rad.
+/// A pose beyond one of these errors is wrong, m and rad.
 const WRONG: [f64; 2] = [0.5, 0.3];
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
@@ -33,7 +33,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// What a session believes, against the truth.
+/// What a session believes, compared with the truth.
 struct Belief {
     is_sure: bool,
     off: [f64; 2],

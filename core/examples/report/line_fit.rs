@@ -1,9 +1,9 @@
-//! `line-fit`: is a fitted line where it says, as surely as it says? Under 1 s.
+//! `line-fit`: is a fitted line where it says, and as accurate as it says? Under 1 s.
 //!
 //! The experiment of TDK 2016 §4.1: a wall at α = 135°, r = 1.2388 m, 100 beams with σ = 0.1 m on
-//! each range. In: 10 000 seeds. Out: bias of α and r in standard deviations, the spread found
-//! against the spread stated, average NEES of (α, r). It holds if both biases are under 0.1 σ and
-//! the average NEES lies in the 95 % band of a mean of χ²(2).
+//! each range. In: 10 000 seeds. Out: bias of α and r in standard deviations, the observed spread
+//! over the stated one, average NEES of (α, r). It holds if both biases are under 0.1 σ and the
+//! average NEES lies in the 95 % band of a mean of χ²(2).
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -24,7 +24,7 @@ const ALPHA: f64 = 3.0 * FRAC_PI_4;
 const R: f64 = 1.2388;
 const SIGMA: f64 = 0.1;
 const BEAMS: u32 = 100;
-/// Where the seen part begins and ends along the wall, m.
+/// Where the visible part begins and ends along the wall, m.
 const SEEN: [f64; 2] = [-1.2, 1.5];
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
@@ -54,7 +54,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// One noisy sight of the wall.
+/// One noisy scan of the wall.
 fn wall(seed: u64) -> Vec<Beam> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let [first, last] = SEEN.map(|t| libm::atan2(t, R));

@@ -1,21 +1,21 @@
-//! `look-alikes`: does scan matching ever take one place for another, and are its walls where they
-//! stand? Half a minute to four minutes for each run, the large worlds longest.
+//! `look-alikes`: does scan matching ever mistake one place for another, and are its walls where
+//! they stand? Half a minute to four minutes for each run, the large worlds longest.
 //!
 //! 1. In each of [`WORLDS`], two of which were built to deceive, the lidar robot explores by scan
-//!    matching until all is seen, or for an hour of simulated time, which is a failure; 20 seeds
-//!    (`--seeds`, `--world`). What was put off is completed at the end.
-//! 2. Whether a closure is false is judged by where the robot truly was ([`crate::closures`]). What
-//!    is doubted by its kernel afterwards was accepted all the same.
-//! 3. The error of a wall is the distance of the middle of an occupied cell from the nearest true
-//!    wall, when the map is moved by the rigid motion that aligns the trajectory; the quantile is
-//!    over the cells of all runs of a world. Where a map lies as a whole is not its error: it
-//!    begins where the robot did, and the heading of the first sweeps, of a robot that turns on the
-//!    spot, is known to some milliradians, which grow with the distance from there. The error of
-//!    the map as it lies is given beside it.
-//! 4. Beside that it says how often the map was called torn or doubtful
+//!    matching until everything is seen; it fails after an hour of simulated time. 20 seeds
+//!    (`--seeds`, `--world`). Postponed work is completed at the end.
+//! 2. Whether a closure is false is judged by where the robot truly was ([`crate::closures`]). A
+//!    closure whose robust kernel discounts it afterwards still counts as accepted.
+//! 3. The error of a wall is the distance of the centre of an occupied cell from the nearest true
+//!    wall, after the map is moved by the rigid motion that aligns the trajectory; the quantile is
+//!    over the cells of all runs of a world. The pose of the map as a whole is not an error: the
+//!    map begins where the robot did, and a robot that turns on the spot in its first sweeps knows
+//!    its heading only to some milliradians, whose effect grows with the distance from there. The
+//!    error of the map as it lies is given as well.
+//! 4. It is also given how often the map was called torn or doubtful
 //!    ([`slamlab_core::estimation::ScanMatcher::quality`]).
 //!
-//! Which closure of which run is false, and when its submaps began, goes to standard error.
+//! Standard error names the false closures, with their runs and when their submaps began.
 
 use anyhow::Result;
 use serde_json::{Value, json};
@@ -40,7 +40,7 @@ const WORLDS: [&str; 6] = [
 const SEEDS: u64 = 20;
 /// An exploration that takes longer has failed, s.
 const LONGEST: f64 = 3600.0;
-/// How far [`PART`] of the cells of walls may be from the walls at most, m.
+/// Maximum distance from the walls of [`PART`] of the cells of walls, m.
 const MOST_WALL_ERROR: f64 = 0.05;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
@@ -67,7 +67,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
             format!("{name}: 95 % of the walls are within {wall_error} m, expected less than {MOST_WALL_ERROR}")
         });
     }
-    // Who closes no loop at all closes none falsely.
+    // A run that closes no loop at all has no false closure.
     outcome.at_least("closures", closures as f64, 1.0);
     outcome.at_most("false_closures", wrong as f64, 0.0);
     outcome.at_most("runs_that_do_not_end", f64::from(not_done as u32), 0.0);

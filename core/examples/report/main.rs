@@ -7,14 +7,14 @@
 //! | NAME | standard output |
 //! |---|---|
 //! | a report | one JSON object whose keys say quantity and unit, on lines or one (`--json`) |
-//! | `all` | such an object for each report, as it is done, on a line each |
+//! | `all` | one such object per line for each report, as it finishes |
 //! | `list` | the names of the reports, one a line |
 //!
-//! Exit status: 0 where every requirement holds; 1 where some do not, which standard error names; 2
-//! where something could not be measured at all.
+//! Exit status: 0 if every requirement holds; 1 if some do not, which standard error names; 2 if
+//! something could not be measured at all.
 //!
-//! A stage's own speed is a matter of `benches/`, and ratios to other programs of the example
-//! `workloads`.
+//! The speed of single stages is measured by `benches/`, and ratios to other programs by the
+//! example `workloads`.
 //!
 //! Each report is a file of its own, with its run time in its head comment; [`REPORTS`] is the
 //! table of names.
@@ -85,7 +85,7 @@ use serde_json::Value;
 
 use outcome::Outcome;
 
-/// Name of a report, and what measures it.
+/// Name of a report, and the function that measures it.
 type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 
 /// All reports, by name.
@@ -196,13 +196,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// Exit status where every requirement holds, where one does not, and where nothing could be
-/// measured.
+/// Exit status if every requirement holds, if one does not, and if nothing could be measured.
 const HOLDS: u8 = 0;
 const FAILS: u8 = 1;
 const CANNOT: u8 = 2;
 
-/// Measures, prints and judges; the exit status.
+/// Measures, prints and judges; returns the exit status.
 fn run((name, measure): &Entry, args: &Args, print: impl Fn(&Value)) -> u8 {
     match measure(args) {
         Ok(outcome) => {
@@ -244,19 +243,19 @@ impl Args {
         self.data.clone().or_else(named).unwrap_or_else(beside)
     }
 
-    /// The seeds of a report that has so many where `--seeds` does not say otherwise.
+    /// The seeds of a report, as many as `--seeds` says or else `default`.
     fn seeds(&self, default: u64) -> Range<u64> {
         let count = self.seeds.unwrap_or(default);
         self.first_seed..self.first_seed.saturating_add(count)
     }
 
-    /// Those worlds of a report that `--world` asks for; all where it asks for none.
+    /// The worlds of a report that `--world` asks for; all if it is not given.
     fn worlds(&self, all: impl IntoIterator<Item = &'static str>) -> Result<Vec<&'static str>> {
         chosen("world", &self.worlds, all)
     }
 }
 
-/// Those that were asked for by name; all where none was.
+/// Those that were asked for by name; all if none was.
 fn chosen<'a>(
     kind: &str,
     asked: &[String],

@@ -1,4 +1,4 @@
-//! An exploration by scan matching, held against the truth: its walls, its way and its closures.
+//! An exploration by scan matching, compared with the truth: its walls, its path and its closures.
 
 use std::collections::BTreeMap;
 
@@ -15,31 +15,31 @@ use crate::closures::{Closure, closures_of};
 use crate::ride::carry_out;
 use crate::statistics::quantile;
 
-/// Walls farther away are not looked for, m.
+/// Walls farther away are not searched for, m.
 const REACH: f64 = 2.0;
 
-/// Part of the cells of walls that may not be off by more than is said.
+/// Part of the cells of walls that the stated maximum error applies to.
 pub(crate) const PART: f64 = 0.95;
 
-/// What became of one exploration.
+/// The result of one exploration.
 pub(crate) struct Mapped {
     pub(crate) is_done: bool,
     pub(crate) submaps: usize,
     pub(crate) closures: Vec<Closure>,
-    /// Of each occupied cell the distance of its middle from the nearest true wall, m.
+    /// For each occupied cell, the distance of its centre from the nearest true wall, m.
     pub(crate) wall_errors: Vec<f64>,
-    /// The same of the map as the trajectory is aligned.
+    /// The same after the rigid motion that aligns the trajectory.
     pub(crate) aligned: Vec<f64>,
-    /// The turn by which it is aligned, rad.
+    /// The rotation of that alignment, rad.
     pub(crate) turned: f64,
     pub(crate) trajectory_error: f64,
-    /// What the run itself thinks of its map.
+    /// The run's own verdict on its map.
     pub(crate) verdict: MapVerdict,
 }
 
 impl Mapped {
-    /// Explores by scan matching until all is seen, or for so many simulated seconds; what was put
-    /// off is completed at the end.
+    /// Explores by scan matching until everything is seen, for at most `longest` simulated seconds;
+    /// postponed work is completed at the end.
     pub(crate) fn of(mut config: ExperimentConfig, longest: f64) -> Result<Self> {
         let caster = Caster::new(config.world.walls());
         let world_from_map = config.world.start;
@@ -80,7 +80,7 @@ impl Mapped {
         self.closures.iter().filter(|closure| closure.is_wrong())
     }
 
-    /// 95 % of the cells are nearer to a wall, as the map lies, m.
+    /// 95 % of the cells are nearer to a wall than this, without alignment, m.
     pub(crate) fn wall_error(&self) -> f64 {
         quantile(&self.wall_errors, PART)
     }
@@ -92,7 +92,7 @@ fn truth_of(experiment: &Experiment) -> BTreeMap<Stamp, Pose2> {
     samples.map(|sample| (sample.stamp, sample.truth)).collect()
 }
 
-/// Where the robot was at each scan and where it is known to have been at the end; map frame.
+/// Where the robot truly was at each scan, and where the map has it in the end; map frame.
 fn ways(
     matcher: &ScanMatcher,
     truth: &BTreeMap<Stamp, Pose2>,

@@ -1,4 +1,4 @@
-//! Memory that the program asks for.
+//! Memory that the program allocates.
 
 use std::alloc::System;
 
@@ -8,7 +8,7 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 pub(crate) static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// Bytes that were allocated and not given back.
+/// Bytes allocated and not freed.
 pub(crate) fn bytes(region: &Region<System>) -> f64 {
     let change = region.change();
     change.bytes_allocated as f64 - change.bytes_deallocated as f64

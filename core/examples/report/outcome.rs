@@ -1,4 +1,4 @@
-//! What a report found: figures, and which of the requirements on them do not hold.
+//! The result of a report: figures, and the requirements on them that do not hold.
 
 use serde_json::{Map, Value, json};
 
@@ -44,8 +44,8 @@ impl Outcome {
         });
     }
 
-    /// Notes a requirement; `failure` says what was found and what was expected where it does not
-    /// hold. NaN never holds.
+    /// Records a requirement. If it does not hold, `failure` says what was found and what was
+    /// expected. NaN never holds.
     pub(crate) fn require(&mut self, holds: bool, failure: impl FnOnce() -> String) {
         if !holds {
             self.failures.push(failure());

@@ -1,8 +1,8 @@
-//! In: a file of lines `peer workload median_ms extra`, as the peers' programs and the example
-//! `workloads` print them. Out: our time in that of a peer.
+//! In: a file of lines `peer workload median_ms extra`, as printed by the peers' programs and the
+//! example `workloads`. Out: our time as a multiple of a peer's.
 //!
-//! The beginning of a peer's name is enough, for its version stands in it; of several lines the
-//! last counts.
+//! The beginning of a peer's name is enough, because its version stands in it; of several lines the
+//! last one counts.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ struct Line {
     extra: String,
 }
 
-/// Ours against a peer, and how much of its time is allowed.
+/// Our program and a peer, and the allowed ratio of times.
 pub(crate) struct Race<'a> {
     pub(crate) workload: &'a str,
     pub(crate) ours: &'a str,
@@ -44,8 +44,7 @@ impl Peers {
         Ok(Self { lines })
     }
 
-    /// Adds the times of both and what they are in each other, which must be at most what the race
-    /// allows.
+    /// Adds both times and their ratio, which must be at most what the race allows.
     pub(crate) fn race(&self, outcome: &mut Outcome, race: &Race) -> Result<()> {
         let ours = self.line(race.workload, race.ours)?;
         let theirs = self.line(race.workload, race.theirs)?;
@@ -56,7 +55,7 @@ impl Peers {
         Ok(())
     }
 
-    /// A figure `name=value` that stands beside a peer's time; without a sign of per cent.
+    /// A figure `name=value` that stands beside a peer's time; a percent sign is dropped.
     pub(crate) fn extra(&self, workload: &str, peer: &str, name: &str) -> Result<f64> {
         let line = self.line(workload, peer)?;
         let value = line
@@ -65,7 +64,7 @@ impl Peers {
         Ok(value.trim_end_matches('%').parse()?)
     }
 
-    /// Time, ms, and a figure that stands beside it, of all lines of peers whose names begin so.
+    /// Time, ms, and a figure beside it, from all lines of peers whose names begin with `peer`.
     pub(crate) fn all<'a>(
         &'a self,
         workload: &'a str,
@@ -92,7 +91,7 @@ impl Line {
     }
 }
 
-/// Names may have blanks: the workload is the word before the first number.
+/// Names may contain blanks: the workload is the word before the first number.
 fn line(text: &str) -> Option<Line> {
     let words: Vec<&str> = text.split_whitespace().collect();
     let at = (2..words.len()).find(|at| words[*at].parse::<f64>().is_ok())?;

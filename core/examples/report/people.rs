@@ -1,19 +1,19 @@
-//! `people`: does a map get as good among people as without them, and are they followed? Some
+//! `people`: is a map among people as good as without them, and are the people tracked? Some
 //! seconds for each run, seven runs for each seed.
 //!
-//! 1. In `crowd`, where ten people walk, the lidar robot explores until all is seen, or for half an
-//!    hour of simulated time, which is a failure; 4 seeds (`--seeds`). The runs of a seed: without
-//!    people; with them, kept out of pose and map, by each association; and with them kept in. By
-//!    scan matching, which is judged; and by the line filter, which is shown beside it.
-//! 2. Walls: the distance of the middle of an occupied cell from the nearest true wall, over the
-//!    cells of all seeds, when the map is laid where the trajectory fits the true one best.
+//! 1. In `crowd`, where ten people walk, the lidar robot explores until everything is seen; it
+//!    fails after half an hour of simulated time. 4 seeds (`--seeds`). The runs of a seed: without
+//!    people; with them, kept out of pose and map, by each association; and with them kept in. Scan
+//!    matching is judged; the line filter is shown beside it.
+//! 2. Walls: the distance of the centre of an occupied cell from the nearest true wall, over the
+//!    cells of all seeds, after the map is moved to where its trajectory fits the true one best.
 //! 3. Map: intersection over union of occupied cells and cells of true walls that a run without
-//!    people has seen, where a cell counts for one of the other that is at most a cell away.
-//!    Ghosts are occupied cells farther than [`GHOST`] from any wall.
+//!    people has seen; cells at most one cell apart count as the same. Ghosts are occupied cells
+//!    farther than [`GHOST`] from any wall.
 //! 4. Tracks, at each scan: those that move and are seen, assigned to people within [`FAR`]. Their
-//!    position error holds that of the robot's pose. A person who is given a track that was
-//!    somebody else's has a switched identity; one who is given a new track after having lost the
-//!    old one a renewed one. Of all people who walk in sight within [`NEAR`], the part that has a
+//!    position error includes that of the robot's pose. A person who gets a track that was somebody
+//!    else's has a switched identity; one who gets a new track after losing the old one has a
+//!    renewed identity. Also the part of all people walking in sight within [`NEAR`] that have a
 //!    track. OSPA is that of Schuhmacher et al. (2008) with a cutoff of 1 m, among those in sight.
 
 use std::collections::BTreeMap;
@@ -38,20 +38,20 @@ const SEEDS: u64 = 4;
 const WORLD: &str = "crowd";
 /// An exploration that takes longer has failed, s.
 const LONGEST: f64 = 1800.0;
-/// Walls farther away are not looked for, m.
+/// Walls farther away are not searched for, m.
 const REACH: f64 = 2.0;
 const GHOST: f64 = 0.15;
-/// A track farther from a person is of somebody else, m.
+/// A track farther from a person is not that person's, m.
 const FAR: f64 = 0.5;
-/// People so near are to be seen, m.
+/// People nearer than this should be seen, m.
 const NEAR: f64 = 5.0;
-/// Who walked so far since the step before walks, m/s.
+/// A person is walking above this speed since the previous step, m/s.
 const WALKS: f64 = 0.1;
 const CUTOFF: f64 = 1.0;
-/// By how much walls and map may be worse among people.
+/// Maximum relative loss of walls and map among people.
 const MOST_WORSE: f64 = 0.1;
 const MOST_TRACK_ERROR: f64 = 0.1;
-/// Of the scans without people, those in which something seems to walk, at most.
+/// Maximum part of the scans without people in which something seems to walk.
 const MOST_FALSE: f64 = 0.002;
 
 /// A kind of run.
@@ -81,7 +81,7 @@ const fn by_lines(kind: Kind) -> Kind {
     }
 }
 
-/// The first is without people, the second with them as is the default, the last keeps them in.
+/// The first is without people, the second with them and default settings, the last keeps them in.
 const KINDS: [Kind; 5] = [
     kind("without_people", [false, true], TrackAssociation::Jpda),
     kind("jpda", [true, true], TrackAssociation::Jpda),
@@ -223,15 +223,15 @@ impl Row {
     }
 }
 
-/// What became of one exploration.
+/// The result of one exploration.
 struct Run {
     is_done: bool,
     seconds: f64,
-    /// With walls, and with people who did not walk into the robot.
+    /// Contacts with walls, and with people who did not walk into the robot.
     contacts: u32,
-    /// Of each occupied cell, m.
+    /// Wall error of each occupied cell, m.
     wall_errors: Vec<f64>,
-    /// The same cells, world frame; and the side of a cell, m.
+    /// The centres of the same cells, world frame; and the side of a cell, m.
     occupied: Vec<Point2<f64>>,
     resolution: f64,
     tracking: Tracking,
@@ -316,7 +316,7 @@ impl Run {
     }
 }
 
-/// Whether there is a point near a place.
+/// Answers whether a place has a point nearby.
 struct Near {
     cells: BTreeMap<(i64, i64), Vec<Point2<f64>>>,
     reach: f64,
@@ -346,7 +346,7 @@ impl Near {
     }
 }
 
-/// What became of tracks, scan by scan.
+/// What became of the tracks, scan by scan.
 #[derive(Default)]
 struct Tracking {
     errors: Vec<f64>,
@@ -358,10 +358,10 @@ struct Tracking {
     found: usize,
     switched: usize,
     renewed: usize,
-    /// The last track of each person, and all people that each track was of.
+    /// The last track of each person, and all people that each track belonged to.
     track_of: BTreeMap<usize, u32>,
     people_of: BTreeMap<u32, usize>,
-    /// Of the step before: when, and where people were.
+    /// The previous step: its time, and where people were.
     before: Option<(f64, Vec<Disc>)>,
     newest_scan: Option<f64>,
 }
@@ -462,7 +462,7 @@ impl Tracking {
     }
 }
 
-/// Whether somebody stands between an eye and somebody else.
+/// Whether a person stands in the line of sight between an eye and another person.
 fn hidden(eye: Point2<f64>, to: Point2<f64>, people: &[(Point2<f64>, f64)]) -> bool {
     let way = to - eye;
     let distance = way.norm();

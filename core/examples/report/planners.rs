@@ -1,19 +1,20 @@
-//! `planners`: every planner on the same random queries in every built-in world; where it is goes
-//! to standard error.
+//! `planners`: every planner on the same random queries in every built-in world; progress goes to
+//! standard error.
 //!
-//! 1. The robot is a disc of the world's robot and 2 cm; walls are those of the world, exact. 1000
-//!    queries in each world (or as many as `--queries` says): start and goal anywhere that is free.
-//!    Whether a query can be solved at all is decided by the visibility graph, and by a flood that
-//!    knows nothing of it: where the two differ, the report says so. Among the 50 000 walls of
-//!    `campus` one graph takes minutes: there, as many queries as `ASKING` seconds hold, and those
-//!    that take longer than `OPTIMUM` seconds are `undecided` and skipped.
-//! 2. RRT, RRT-Connect (both shortened as driving does it as well, by chords, and pulled tight), A*
-//!    and Theta* over 5 cm cells, on the first part of the queries; RRT* and Informed RRT* for one
-//!    second of processor time each on some. Success of the solvable, length against the visibility
+//! 1. The robot is the disc of the world's robot plus 2 cm; walls are those of the world, exact.
+//!    1000 queries in each world (or as many as `--queries` says): start and goal anywhere that is
+//!    free. Whether a query can be solved at all is decided by the visibility graph, and
+//!    independently by a flood fill: where the two differ, the report says so. Among the 50 000
+//!    walls of `campus` one graph takes minutes: there, as many queries are asked as fit in
+//!    `ASKING` seconds, and those that take longer than `OPTIMUM` seconds are `undecided` and
+//!    skipped.
+//! 2. RRT, RRT-Connect (both shortened by chords, as in driving, and pulled tight), A* and Theta*
+//!    over 5 cm cells, on the first part of the queries; RRT* and Informed RRT* for one second of
+//!    processor time each on some. Success on the solvable queries, length against the visibility
 //!    graph, time.
-//! 3. Every path is checked leg by leg against every wall, by sampled points with the distance
+//! 3. Every path is checked leg by leg against every wall, at sampled points, with the distance
 //!    formula written out here.
-//! 4. Queries that cannot be solved, made by walling the goal in: every planner has to say so
+//! 4. Queries that cannot be solved, because the goal is walled in: every planner has to say so
 //!    within its iterations (the graph not in `campus`).
 //!
 //! With `--peers FILE` (lines of the peers' programs and of the example `workloads`, from one
@@ -38,7 +39,7 @@ use scene::{Asked, Scene};
 use unsolvable::unsolvable;
 
 const QUERIES: usize = 1000;
-/// One in so many queries is for the slow ones: cells, and those that take a second.
+/// The slow planners (over cells, or with one second each) get one in this many queries.
 const SLOW: usize = 40;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
@@ -91,7 +92,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// Tells on standard error what was measured, and the processor time that it took.
+/// Reports on standard error what was measured, and the processor time that it took.
 struct Progressed {
     world: &'static str,
     since: f64,
@@ -105,7 +106,7 @@ impl Progressed {
     }
 }
 
-/// Lengths over the optimum, one of each world: the claim holds in the worst of them.
+/// Lengths over the optimum, one per world: the claim must hold in the worst of them.
 #[derive(Default)]
 struct Worst {
     informed_median: Vec<f64>,

@@ -1,12 +1,12 @@
-//! `point-landmarks`: are walls, corners and posts, or both the better landmarks of the filter, and
-//! is its covariance honest with each?
+//! `point-landmarks`: which are the better landmarks for the filter: walls, corners and posts, or
+//! both; and is its covariance honest with each?
 //!
 //! In: 20 seeds of a tour of `office` and of random errands in `arena` and `lab`; filters over
-//! walls, over points and over both listen to the same run. Out, for each: what `ekf-consistency`
-//! has, how many points were matched, and how many wrongly.
+//! walls, over points and over both listen to the same run. Out, for each: the figures of
+//! `ekf-consistency`, how many points were matched, and how many wrongly.
 //!
-//! It holds if the filter over both is not overconfident on the way: the mean of its NEES no larger
-//! than that of walls alone and a band of χ²(3) allow.
+//! It holds if the filter over both is not overconfident on the way: the mean of its NEES is no
+//! larger than that of walls alone plus what a band of χ²(3) allows.
 
 use anyhow::Result;
 use slamlab_core::estimation::{EkfConfig, LandmarkKinds};

@@ -1,10 +1,10 @@
-//! Buildings, robots and lidars by chance, in which nothing could be tuned.
+//! Random buildings, robots and lidars, to which nothing could be tuned.
 //!
 //! A hall of random size is cut in two again and again, at random places, until the rooms are as
-//! small as they shall be: some buildings have closets, others only halls. Each cut is a partition
-//! with a door gap or two, so that all rooms can be reached. Rooms hold boxes, turned by any
-//! angle, and pillars; some of them swallow light. In some buildings people walk about. Robot,
-//! lidar, and how the odometry errs are drawn as well, within what one can buy.
+//! small as wanted: some buildings have closets, others only halls. Each cut is a partition with
+//! one or two door gaps, so all rooms can be reached. Rooms hold boxes, turned by any angle, and
+//! pillars; some of them absorb light. In some buildings people walk about. Robot, lidar and
+//! odometry errors are drawn as well, within what one can buy.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,7 +20,7 @@ use slamlab_core::sim::{Material, Mover, SensorModel, World};
 
 /// Half the thickness of a partition, m.
 const HALF: f64 = 0.05;
-/// Free floor around what stands in a room, m.
+/// Free floor around objects in a room, m.
 const AISLE: f64 = 0.9;
 
 /// A room, or the part of the hall that is to be cut, m.
@@ -30,7 +30,7 @@ struct Room {
     max: Point2<f64>,
 }
 
-/// The experiment of this seed: scan matching is still to be chosen.
+/// The experiment of this seed; the caller still has to choose scan matching.
 pub(crate) fn experiment(seed: u64) -> ExperimentConfig {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let robot = robot(&mut rng);
@@ -39,7 +39,7 @@ pub(crate) fn experiment(seed: u64) -> ExperimentConfig {
     ExperimentConfig::new(world, robot, sensor, seed)
 }
 
-/// Factor within 1 / `most` and `most`, small and large ones alike.
+/// A factor from 1 / `most` to `most`, log-uniform.
 fn factor(rng: &mut ChaCha8Rng, most: f64) -> f64 {
     most.powf(rng.random_range(-1.0..1.0))
 }
@@ -134,7 +134,7 @@ fn middle(room: &Room) -> Point2<f64> {
     nalgebra::center(&room.min, &room.max)
 }
 
-/// A room in two, and the partition between, in pieces; none where it is small enough.
+/// Splits a room in two, with the partition between in pieces; none if it is small enough.
 fn cut(rng: &mut ChaCha8Rng, room: &Room, smallest: f64) -> Option<([Room; 2], Vec<Room>)> {
     let size = room.max - room.min;
     let along = usize::from(size.y > size.x);
@@ -170,7 +170,7 @@ fn cut(rng: &mut ChaCha8Rng, room: &Room, smallest: f64) -> Option<([Room; 2], V
     Some(([near, far], walls.collect()))
 }
 
-/// Furniture stands away from walls, so that it shuts no door.
+/// Adds furniture, away from walls, where it blocks no door.
 fn furnished(rng: &mut ChaCha8Rng, mut world: World, room: &Room, is_start: bool) -> World {
     let size = room.max - room.min;
     let least = size.x.min(size.y);
@@ -179,7 +179,7 @@ fn furnished(rng: &mut ChaCha8Rng, mut world: World, room: &Room, is_start: bool
     }
     for _ in 0..rng.random_range(0..3) {
         let side = rng.random_range(0.3..(least - 2.0 * AISLE).min(1.6));
-        // However it is turned, it stays within the circle around it.
+        // However it is turned, it stays within its circumscribed circle.
         let around = 0.5 * side;
         let margin = AISLE + around;
         let at = |rng: &mut ChaCha8Rng, low: f64, high: f64| {

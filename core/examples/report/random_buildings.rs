@@ -1,15 +1,16 @@
-//! `random-buildings`: is a map ever ruined in silence, where nobody could tune anything? Some
-//! seconds for each run.
+//! `random-buildings`: is a map ever ruined without being reported, where nothing could be tuned?
+//! Some seconds for each run.
 //!
-//! 1. Building, robot, lidar and odometry are drawn by the seed ([`crate::random_building`]); 60
-//!    seeds (`--seeds`). The robot explores by scan matching with the default settings, until all
-//!    is seen or for [`LONGEST`].
-//! 2. A map is ruined where its way is off by more than [`MOST_WAY_ERROR`], or one wall in twenty
-//!    by more than [`MOST_WALL_ERROR`], after the rigid motion that aligns the ways. Those must be
-//!    called torn or doubtful, and of the others at most [`MOST_FALSE_ALARMS`] be called torn.
+//! 1. Building, robot, lidar and odometry are drawn from the seed ([`crate::random_building`]); 60
+//!    seeds (`--seeds`). The robot explores by scan matching with the default settings, until
+//!    everything is seen or for [`LONGEST`].
+//! 2. A map is ruined if its trajectory is off by more than [`MOST_WAY_ERROR`], or one wall in
+//!    twenty by more than [`MOST_WALL_ERROR`], after the rigid motion that aligns the trajectories.
+//!    Ruined maps must be called torn or doubtful, and of the others at most [`MOST_FALSE_ALARMS`]
+//!    may be called torn.
 //! 3. A closure is false as in `look-alikes` ([`crate::closures`]).
 //!
-//! Each run goes to standard error.
+//! Each run is reported on standard error.
 
 use anyhow::Result;
 use serde_json::json;
@@ -22,7 +23,7 @@ use crate::statistics::{median, quantile};
 use crate::threads::each;
 
 const SEEDS: u64 = 60;
-/// The robot explores for so long, s.
+/// Maximum time of exploration, s.
 const LONGEST: f64 = 900.0;
 const MOST_WAY_ERROR: f64 = 0.5;
 const MOST_WALL_ERROR: f64 = 0.5;
@@ -70,7 +71,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
 }
 
 fn is_ruined(run: &Mapped) -> bool {
-    // Not a number is no small error.
+    // NaN does not count as a small error.
     let is_right =
         run.trajectory_error <= MOST_WAY_ERROR && quantile(&run.aligned, PART) <= MOST_WALL_ERROR;
     !is_right

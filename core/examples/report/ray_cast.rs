@@ -2,14 +2,14 @@
 //! of walls. About 10 s.
 //!
 //! 1. Rays from random places in random directions, 12 m long, the worst case for a cache; and
-//!    scans of 360 beams from random places, each ray alone and all at once as a fan. The
-//!    requirement is on the slower two: every ray alone.
-//! 2. Buildings of 100 to 50 000 walls, all alike but for their size; scans of 360 beams. The cost
-//!    of a beam is fitted by a + b ln n, and by c nᵖ: an exponent near 0 is what log n looks like,
-//!    1 would be trying every wall.
-//! 3. Every distance of 20 000 random rays against all walls tried one by one.
+//!    scans of 360 beams from random places, ray by ray and all at once as a fan. The requirement
+//!    is on the slower two: ray by ray.
+//! 2. Buildings of 100 to 50 000 walls, alike except for their size; scans of 360 beams. The cost
+//!    of a beam is fitted by a + b ln n, and by c nᵖ: an exponent near 0 indicates log n, 1 would
+//!    mean trying every wall.
+//! 3. Every distance of 20 000 random rays, against all walls tried one by one.
 //!
-//! Times are processor times, the least of several runs: what disturbs them only adds.
+//! Times are processor times, the minimum of several runs: disturbances only add.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -31,7 +31,7 @@ const RANGE: f64 = 12.0;
 const BEAMS: usize = 360;
 const SCANS: usize = 300;
 const WALLS: [usize; 9] = [100, 200, 500, 1_000, 2_000, 5_000, 10_000, 20_000, 50_000];
-/// Cost of a ray against n may grow by at most this power of n.
+/// Maximum exponent of the cost of a ray against n.
 const MOST_EXPONENT: f64 = 0.25;
 
 type Ray = (Point2<f64>, Vector2<f64>);
@@ -83,7 +83,7 @@ fn growth(outcome: &mut Outcome) -> Result<()> {
     Ok(())
 }
 
-/// Seconds for each ray.
+/// Seconds per ray.
 fn time_rays(caster: &Caster, rays: &[Ray]) -> f64 {
     let cast = || {
         let hits = rays.iter().filter_map(|(o, d)| caster.cast(*o, *d, RANGE));
@@ -92,7 +92,8 @@ fn time_rays(caster: &Caster, rays: &[Ray]) -> f64 {
     least_seconds(cast) / rays.len() as f64
 }
 
-/// Seconds for each beam of scans whose beams are cast one by one, their directions counted in.
+/// Seconds per beam of scans whose beams are cast one by one, including the computation of their
+/// directions.
 fn time_scans(caster: &Caster, places: &[Point2<f64>]) -> f64 {
     let cast = || {
         let mut sum = 0.0;
@@ -108,7 +109,7 @@ fn time_scans(caster: &Caster, places: &[Point2<f64>]) -> f64 {
     least_seconds(cast) / (places.len() * BEAMS) as f64
 }
 
-/// Seconds for each beam of scans whose beams are cast at once.
+/// Seconds per beam of scans whose beams are cast at once.
 fn time_fans(caster: &Caster, places: &[Point2<f64>]) -> Result<f64> {
     let mut fan = Fan::new(BEAMS, 0.0, TAU / BEAMS as f64).context("more than a round")?;
     let cast = || {
@@ -123,7 +124,7 @@ fn time_fans(caster: &Caster, places: &[Point2<f64>]) -> Result<f64> {
     Ok(least_seconds(cast) / (places.len() * BEAMS) as f64)
 }
 
-/// Rays whose distances differ from those by trying every wall.
+/// Rays whose distances differ from those found by trying every wall.
 fn unlike_brute_force(caster: &Caster, rays: &[Ray]) -> usize {
     let differs = |(origin, direction): &&Ray| {
         let all = caster.walls().iter();

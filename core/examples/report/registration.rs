@@ -1,21 +1,22 @@
 //! `registration`: which method finds the motion between two scans, how well, how fast, and does it
-//! know? About 10 min.
+//! know how well? About 10 min.
 //!
 //! 1. Pairs of scans of 360 beams from the built-in worlds, up to 1 m and 45° apart, registered
 //!    from "has not moved". In: 1 000 pairs for each condition (`--seeds`): clean (σ 1 cm), σ 3 cm,
-//!    half overlap (each scan is of 180°, a quarter turn apart), 30 % outliers (beams cut short
-//!    anywhere). Pairs that do not tell the motion, along corridors, are those of `degenerate`, and
-//!    left out.
-//! 2. Pairs from recorded buildings (`--data`), from starts that are off by up to 1 m and 45°;
+//!    half overlap (each scan covers 180°, a quarter turn apart), 30 % outliers (beams cut short
+//!    anywhere). Pairs that do not determine the motion, along corridors, belong to `degenerate`
+//!    and are left out.
+//! 2. Pairs from recorded buildings (`--data`), from starts that are off by up to 1 m and 45°; the
 //!    truth is the map that the default method makes of the log, good to a centimetre or two.
 //!
-//! For every method, condition and building: part found (within 5 cm and 1°; of recorded ones 10 cm
-//! and 2°), medians of error and of time, and, of the pairs it calls converged, the part that is
-//! off by more than three of its own σ (χ² of 3 degrees of freedom), and the part that was not
-//! found; and the median of their squared errors in σ (NEES). Required of built-in worlds: at most
-//! 1 % of what is called converged is off by more than three σ, or, of fewer than [`MANY`], no more
-//! than chance makes of 1 % in one sample of twenty; that median is in [`NEES_MEDIAN`]; correlation
-//! finds 95 % of the clean pairs; the table that the page recommends from (`MEASURED`) still holds.
+//! For every method, condition and building: part found (within 5 cm and 1°; of recorded pairs 10
+//! cm and 2°), medians of error and of time. Of the pairs that it calls converged: the part that is
+//! off by more than three of its own σ (χ² of 3 degrees of freedom), the part that was not found,
+//! and the median of their squared errors in σ (NEES). Required of built-in worlds: at most 1 % of
+//! the converged pairs are off by more than three σ, or, of fewer than [`MANY`], no more than
+//! chance makes of 1 % in one sample of twenty; the median of the NEES is in [`NEES_MEDIAN`];
+//! correlation finds 95 % of the clean pairs; the table that the page recommends from (`MEASURED`)
+//! still holds.
 
 use std::collections::BTreeMap;
 
@@ -39,24 +40,24 @@ mod recorded;
 use pairs::{Pair, pair};
 
 const PAIRS: u64 = 1000;
-/// χ² of 3 degrees of freedom beyond which 0.27 % lie: three σ of one.
+/// Threshold of χ² with 3 degrees of freedom that 0.27 % exceed, as three σ in one dimension.
 const THREE_SIGMA: f64 = 14.156;
-/// The most that may be called converged and is off by more.
+/// Maximum part of the converged pairs that may be off by more.
 const MOST_WRONG: f64 = 0.01;
-/// Of fewer pairs, a part of 1 % is less than three of them: there it is asked how likely as many
-/// wrong ones are, ...
+/// Of fewer pairs, 1 % is less than three. Then the test is how likely as many wrong pairs are by
+/// chance, ...
 const MANY: usize = 300;
-/// ... which is not by chance below this probability.
+/// ... and it fails below this probability.
 const BY_CHANCE: f64 = 0.05;
-/// What the median of the NEES may be: 2.37 is that of χ² of 3 degrees of freedom; above it
-/// covariances would be too small, far below it they would be worth nothing.
+/// Allowed median of the NEES: 2.37 is that of χ² with 3 degrees of freedom. Above it covariances
+/// are too small, far below it they are worthless.
 const NEES_MEDIAN: [f64; 2] = [0.3, 2.4];
-/// A median of fewer is none.
+/// Fewer values have no meaningful median.
 const FEWEST: usize = 30;
-/// How far parts found may be from those of the table of advice: 1000 pairs, another machine's bits
-/// are the same, but code moves on.
+/// Maximum difference of the parts found from those in the table of advice, for 1000 pairs. Other
+/// machines give the same bits, but code changes.
 const STILL_HOLDS: f64 = 0.02;
-/// What correlation finds of clean pairs, at least.
+/// Minimum part of the clean pairs that correlation finds.
 const LEAST_FOUND: f64 = 0.95;
 
 /// When a pair counts as found: m and rad.
@@ -98,7 +99,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         for (method, config) in CloudMethod::all() {
             let row = Row::of(pairs, &config, *near);
             eprintln!("{name:<18} {method:<18} {row}");
-            // Recorded truth is not good enough to judge three σ by.
+            // The truth of recorded pairs is not accurate enough to judge three σ by.
             if near.shift < NEAR_RECORDED.shift {
                 row.judge_covariances(&mut outcome, name, method);
             }
@@ -119,7 +120,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// The table that advice is taken from says what was measured now.
+/// Checks that the table of advice agrees with what was measured now.
 fn still_holds(outcome: &mut Outcome, name: &str, method: &str, row: &Row) {
     let measured = MEASURED.iter().find(|condition| condition.name == name);
     let methods = measured
@@ -134,7 +135,7 @@ fn still_holds(outcome: &mut Outcome, name: &str, method: &str, row: &Row) {
     }
 }
 
-/// What pairs are like in the median.
+/// The median likeness of pairs.
 fn likeness_of(pairs: &[Pair]) -> Value {
     let judge = JudgeConfig::default();
     let all: Vec<Likeness> = (pairs.iter())
@@ -148,16 +149,16 @@ fn likeness_of(pairs: &[Pair]) -> Value {
     })
 }
 
-/// What a method made of all pairs of a set.
+/// The results of a method on all pairs of a set.
 struct Row {
     pairs: usize,
     found: usize,
-    /// Pairs whose start is near, and those of them that were found.
+    /// Pairs whose start is near, and how many of them were found.
     near: [usize; 2],
     converged: usize,
-    /// Called converged, and off by more than three σ.
+    /// Pairs called converged and off by more than three σ.
     beyond: usize,
-    /// Called converged, and not found.
+    /// Pairs called converged and not found.
     lost: usize,
     shifts: Vec<f64>,
     turns: Vec<f64>,
@@ -218,7 +219,7 @@ impl Row {
         self.beyond as f64 / self.converged.max(1) as f64
     }
 
-    /// Whether what is called converged is as sure as it says.
+    /// Checks that what is called converged is as accurate as it claims.
     fn judge_covariances(&self, outcome: &mut Outcome, name: &str, method: &str) {
         let (wrong, of) = (self.beyond, self.converged);
         let by_chance = at_least_so_many(wrong, of, MOST_WRONG);

@@ -1,4 +1,4 @@
-//! A simulated robot from the beginning of a task to its end.
+//! A simulated robot from the beginning to the end of a task.
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
@@ -8,7 +8,7 @@ use slamlab_core::sim::{ReachableArea, World, worlds};
 
 use crate::statistics::median;
 
-/// What became of a task.
+/// The outcome of a task.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ride {
     pub(crate) is_done: bool,
@@ -21,7 +21,7 @@ pub(crate) struct Ride {
 }
 
 impl Ride {
-    /// Drives until the task is over, or for so many simulated seconds.
+    /// Drives until the task is over, for at most `longest` simulated seconds.
     pub(crate) fn of(config: ExperimentConfig, longest: f64, area: &ReachableArea) -> Result<Self> {
         let mut experiment = Experiment::new(config)?;
         let is_done = carry_out(&mut experiment, longest, |_| Ok(()))?;
@@ -38,7 +38,7 @@ impl Ride {
     }
 }
 
-/// What rides in one world have in common.
+/// Summary of the rides in one world.
 pub(crate) fn summary(rides: &[Ride]) -> Value {
     let of = |value: fn(&Ride) -> f64| rides.iter().map(value);
     let sum = |value: fn(&Ride) -> u32| rides.iter().map(value).sum::<u32>();
@@ -54,8 +54,8 @@ pub(crate) fn summary(rides: &[Ride]) -> Value {
     })
 }
 
-/// Lets the robot go on until its task is over, or for so many simulated seconds; tells whether it
-/// is done. `see` is called after each step.
+/// Lets the robot go on until its task is over, for at most `longest` simulated seconds; returns
+/// whether it is done. `see` is called after each step.
 pub(crate) fn carry_out(
     experiment: &mut Experiment,
     longest: f64,
@@ -63,7 +63,7 @@ pub(crate) fn carry_out(
 ) -> Result<bool> {
     let begin = experiment.seconds();
     loop {
-        // A step first: a task before has ended.
+        // Step first: an earlier task has ended.
         experiment.step()?;
         see(experiment)?;
         let status = experiment.session().status();

@@ -1,10 +1,10 @@
-//! `rounding`: do rounded corners and tight paths get a robot there sooner, as safely? About 2 min
-//! for 10 seeds.
+//! `rounding`: do rounded corners and tight paths get a robot to its goal sooner, and as safely?
+//! About 2 min for 10 seeds.
 //!
-//! 1. A robot with a lidar that knows nothing goes to the goal of its world, back to where it
+//! 1. A robot with a lidar and no prior knowledge goes to the goal of its world, back to where it
 //!    began, and to the goal once more, with the line filter: the whole loop, its errors included.
-//! 2. That with the paths as they are by default (chords, a stop at each corner), pulled tight,
-//!    rounded, and both; in each of four worlds, with the same seeds.
+//! 2. The same with the default paths (chords, a stop at each corner), pulled tight, rounded, and
+//!    both; in each of four worlds, with the same seeds.
 //! 3. All errands have to end at the goal without a contact; the rounded ones must not take longer
 //!    in the median.
 

@@ -1,16 +1,16 @@
-//! `safe-drive`: does safe mode keep the robot off everything, whatever the stick says? About 10
-//! min for 10 000 trials.
+//! `safe-drive`: does safe mode keep the robot from hitting anything, whatever the joystick
+//! commands? About 10 min for 10 000 trials.
 //!
 //! 1. A trial is a random scene ([`scene`]): walls, a door little wider than the robot, people who
-//!    walk, or a built-in world; an RP6 or a Pioneer; safe mode as the laboratory's pilot has it,
-//!    or as the bridge has it.
+//!    walk, or a built-in world; an RP6 or a Pioneer; safe mode as in the laboratory's pilot, or as
+//!    in the bridge.
 //! 2. The stick is pushed all the way for six seconds; in a quarter of the trials the lidar falls
 //!    silent meanwhile ([`trial`]).
-//! 3. No contact with a wall; none with a person, but for those who walk into a robot that stands.
-//!    The robot can turn on the spot afterwards and leave where there is a way out; without scans
-//!    it stands after half a second and its braking time.
+//! 3. No contact with a wall; none with a person, except those who walk into a standing robot. The
+//!    robot can turn on the spot afterwards and leave if there is a way out; without scans it
+//!    stands after half a second plus its braking time.
 //!
-//! Failing seeds are named: `--first-seed N --trials 1` drives one of them again.
+//! Failing seeds are named: `--first-seed N --trials 1` repeats one of them.
 
 mod scene;
 mod trial;
@@ -23,10 +23,10 @@ use scene::{KINDS, Scene};
 use trial::Shown;
 
 const TRIALS: u64 = 10_000;
-/// So many seeds of each failure are named.
+/// Maximum number of seeds named for each failure.
 const NAMED: usize = 20;
 
-/// What must not happen, and whether it did.
+/// A fault that must not happen, and how it is detected.
 type Fault = (&'static str, fn(&Shown) -> bool);
 
 const FAULTS: [Fault; 5] = [

@@ -1,9 +1,9 @@
-//! In: a seed and a noise level. Out: a scan of a room, and which wall each beam truly hit.
+//! In: a seed and a noise level. Out: a scan of a room, and the wall that each beam truly hit.
 //!
-//! 1. A rectangular room of 3 to 7 m with one corner cut off, one to three boxes of 0.3 to 1.2 m
-//!    turned anyhow, one or two round pillars of 0.1 to 0.3 m.
+//! 1. A rectangular room of 3 to 7 m with one corner cut off, one to three boxes of 0.3 to 1.2 m at
+//!    any angle, one or two round pillars of 0.1 to 0.3 m.
 //! 2. 360 beams from a place at least 0.4 m from everything, with Gaussian noise; one beam in a
-//!    hundred is cut short by something that is not there.
+//!    hundred is cut short at random.
 
 use std::f64::consts::TAU;
 
@@ -52,7 +52,7 @@ impl Scene {
     }
 }
 
-/// A beam from the middle of the robot on which something came back.
+/// A beam from the middle of the robot that hit something.
 pub(crate) fn hit(beam_idx: usize, bearing: f64, range: f64, sigma: f64) -> Beam {
     Beam {
         beam_idx,
@@ -103,15 +103,15 @@ fn pillars(rng: &mut ChaCha8Rng) -> Vec<(Point2<f64>, f64)> {
     (0..count).map(&mut pillar).collect()
 }
 
-/// Inside of the room (whose lower left 2.5 m are never cut), clear of everything.
+/// A place inside the room (whose lower left 2.5 m are never cut), clear of everything.
 fn place(walls: &[Segment], pillars: &[(Point2<f64>, f64)], rng: &mut ChaCha8Rng) -> Point2<f64> {
     let mut clear = 0.4;
     loop {
         let place = Point2::new(rng.random_range(0.4..2.5), rng.random_range(0.4..2.5));
         let free = walls.iter().map(|w| w.distance(place));
         let round = pillars.iter().map(|(c, r)| (place - c).length() - r);
-        // A crowded corner must not keep the search going for ever; inside of a box is as good a
-        // place as any.
+        // A crowded corner must not keep the search going for ever; inside a box is as good a place
+        // as any.
         clear *= 0.999;
         if free.chain(round).all(|distance| distance > clear) {
             return place;
@@ -119,7 +119,7 @@ fn place(walls: &[Segment], pillars: &[(Point2<f64>, f64)], rng: &mut ChaCha8Rng
     }
 }
 
-/// Distance along a ray to what it hits first, and the number of the wall if that is one.
+/// Distance along a ray to what it hits first, and the number of the wall if it is one.
 fn nearest(
     walls: &[Segment],
     pillars: &[(Point2<f64>, f64)],
@@ -134,7 +134,7 @@ fn nearest(
         let to_centre = centre - origin;
         let along = to_centre.dot(&direction);
         let half = (radius * radius - to_centre.norm_squared() + along * along).sqrt();
-        // NaN where the ray passes by.
+        // NaN if the ray passes by.
         (along - half > 0.0).then_some((along - half, None))
     });
     flat.chain(round)

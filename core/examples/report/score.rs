@@ -1,14 +1,14 @@
-//! In: the lines found in a scan, and the truth. Out: how much of the walls was found, how much
+//! In: the lines found in a scan, and the truth. Out: how much of the walls was found, and how much
 //! else was taken for walls.
 //!
 //! 1. A true piece is what neighbouring beams saw of one wall: at least 7 beams and 0.5 m. Beams on
-//!    smaller pieces count nowhere: whether those are lines is a matter of taste. Beams on pillars
-//!    and wild ones are negatives.
+//!    smaller pieces are not counted, because whether those are lines is a matter of taste. Beams
+//!    on pillars and outliers are negatives.
 //! 2. A line claims the beams between its ends that lie within 5 σ of it, and belongs to the piece
-//!    most of them saw.
-//! 3. Of beams: TPR, positives claimed by a line of their own piece; FPR, negatives claimed; PPV,
+//!    that most of them saw.
+//! 3. For beams: TPR, positives claimed by a line of their own piece; FPR, negatives claimed; PPV,
 //!    claims that are right; ACC, beams decided rightly.
-//! 4. Of pieces: over-segmented, those with two lines or more; missed, those with none. Of lines:
+//! 4. For pieces: over-segmented, those with two lines or more; missed, those with none. For lines:
 //!    under-segmented, those that hold two pieces, each with at least a fifth of its beams.
 
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ const MIN_LENGTH: f64 = 0.5;
 /// A scan of a full circle and its truth.
 pub(crate) struct Scene {
     pub(crate) points: Points,
-    /// The flat wall that each beam hit, and where; `None` for pillars and wild beams.
+    /// The flat wall that each beam hit, and where; `None` for pillars and outliers.
     pub(crate) truth: Vec<Option<(usize, Point2<f64>)>>,
     /// Standard deviation of the ranges, m.
     pub(crate) sigma: f64,
@@ -93,7 +93,7 @@ impl Score {
         }
     }
 
-    /// By name; each a fraction of 1.
+    /// Ratios by name, each from 0 to 1.
     pub(crate) fn ratios(&self) -> BTreeMap<&'static str, f64> {
         let ratio = |part: usize, whole: usize| part as f64 / whole as f64;
         let decided_rightly = self.right + self.negatives - self.claimed_negatives;
@@ -122,12 +122,12 @@ fn claims(scene: &Scene, found: &LineFeature) -> Vec<usize> {
     between.filter(is_near).collect()
 }
 
-/// Step 1, and the number of pieces. The scan is a full circle.
+/// Step 1; also the number of pieces. The scan is a full circle.
 fn kinds(scene: &Scene) -> (Vec<Kind>, usize) {
     let truth = &scene.truth;
     let n = truth.len();
     let wall = |beam: usize| truth[beam % n].map(|(wall, _)| wall);
-    // Begin where the wall changes; wild beams on a wall do not end its piece.
+    // Begin where the wall changes; outliers on a wall do not end its piece.
     let seen: Vec<usize> = (0..n).filter(|&beam| wall(beam).is_some()).collect();
     let start = (0..seen.len()).find(|&i| {
         let before = seen[(i + seen.len() - 1) % seen.len()];

@@ -8,16 +8,16 @@
 //! |---|---|
 //! | `noise_aware` | TDK 2016 §4.2, k = 3 |
 //! | `classic` | end-point line, threshold 0.1 m whatever the noise |
-//! | `classic_3_sigma` | the same with a threshold of 3 σ: it is given the noise |
+//! | `classic_3_sigma` | the same with a threshold of 3 σ: it knows the noise |
 //! | `pilch` | Pilch 2016 §3.5.1 |
 //! | `ransac` | random samples, several lines by removal, 3 σ |
 //! | `hough` | votes over (α, r) with steps of 1.5° and 5 cm, 3 σ |
-//! | `noise_aware_gated` | the first with the gates that SLAM uses: two points off each end, bent and unsure lines refused |
+//! | `noise_aware_gated` | the first with the gates that SLAM uses: two points cut off each end, bent and uncertain lines refused |
 //!
 //! All but the last keep every line of at least 7 points and 0.5 m (`pilch`: 6 points), and all but
-//! `pilch` break points by the same adaptive rule. It holds if `noise_aware` decides more beams
-//! rightly (ACC, mean over σ) than each other; `not_better_than_..` lists, by score, the σ at which
-//! it is not better than a rule that keeps the same lines.
+//! `pilch` split scans by the same adaptive rule. It holds if `noise_aware` decides more beams
+//! rightly (ACC, mean over σ) than each other rule; `not_better_than_..` lists, by score, the
+//! values of σ at which it is not better than a rule that keeps the same lines.
 
 use std::collections::BTreeMap;
 
@@ -32,7 +32,7 @@ use crate::scenes::BEAMS;
 use crate::score::{Scene, Score};
 
 const CENTIMETRES: std::ops::RangeInclusive<u32> = 1..=10;
-/// So many rules of [`rules`] keep the same lines.
+/// The first rules of [`rules`], this many, keep the same lines.
 const N_ALIKE: usize = 6;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
@@ -77,7 +77,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// Whether one score is better than another; NaN (a rule that claims nothing has no PPV) is not.
+/// Whether one score is better than another; false for NaN (a rule that claims nothing has no PPV).
 fn is_better(quantity: &str, ours: f64, theirs: f64) -> bool {
     match quantity {
         "tpr" | "ppv" | "acc" => ours > theirs,
@@ -85,7 +85,7 @@ fn is_better(quantity: &str, ours: f64, theirs: f64) -> bool {
     }
 }
 
-/// The first six share what they keep; the first is ours.
+/// The first six use the same criteria for which lines to keep; the first is ours.
 fn rules(sigma: f64) -> [(&'static str, LineConfig); 7] {
     let by = |split| LineConfig {
         split,

@@ -1,5 +1,4 @@
-//! Random numbers, and what is to be expected of averages of them; quantiles and lines through
-//! points.
+//! Random numbers, and the expected range of their averages; quantiles and lines through points.
 
 use std::borrow::Borrow;
 use std::f64::consts::TAU;
@@ -8,12 +7,12 @@ use nalgebra::Point2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// The middle value; NaN of none.
+/// The median; NaN of no values.
 pub(crate) fn median(values: impl IntoIterator<Item = impl Borrow<f64>>) -> f64 {
     quantile(values, 0.5)
 }
 
-/// The value with this part of the others below it; NaN of none.
+/// The value with this part of the others below it; NaN of no values.
 pub(crate) fn quantile(values: impl IntoIterator<Item = impl Borrow<f64>>, part: f64) -> f64 {
     let mut sorted: Vec<f64> = values.into_iter().map(|value| *value.borrow()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -36,7 +35,7 @@ pub(crate) fn fit_line(points: &[(f64, f64)]) -> (f64, f64, f64) {
 }
 
 /// Probability that of `count` trials, each of which succeeds with probability `part`, at least
-/// `least` do.
+/// `least` succeed.
 pub(crate) fn at_least_so_many(least: usize, count: usize, part: f64) -> f64 {
     let (mut exactly, mut fewer) = ((1.0 - part).powf(count as f64), 0.0);
     for successes in 0..least.min(count + 1) {
@@ -47,7 +46,7 @@ pub(crate) fn at_least_so_many(least: usize, count: usize, part: f64) -> f64 {
     (1.0 - fewer).max(0.0)
 }
 
-/// A place anywhere between two corners.
+/// A random place between two corners.
 pub(crate) fn place_between(
     low: Point2<f64>,
     high: Point2<f64>,
@@ -57,7 +56,7 @@ pub(crate) fn place_between(
     Point2::new(x, rng.random_range(low.y..high.y))
 }
 
-/// A standard normal number, by Box and Muller.
+/// A standard normal number, by the Box-Muller method.
 pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let (u, v): (f64, f64) = (rng.random(), rng.random());
     (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-/// Does each of the pieces of work on its own, on as many threads as there are processors.
+/// Runs each piece of work by itself, on as many threads as there are processors.
 pub(crate) fn each<T: Send>(
     count: usize,
     work: impl Fn(usize) -> Result<T> + Sync,

@@ -1,11 +1,11 @@
-//! A simulated robot on a fixed tour, steered by the truth, with line filters listening; and whose
-//! wall each line is.
+//! A simulated robot on a fixed tour, steered by the truth, with line filters listening; and which
+//! wall each line belongs to.
 //!
 //! In: a world, waypoints or a number of random errands, a seed, the settings of each filter. Out:
-//! what each filter did.
+//! the results of each filter.
 //!
-//! 1. The robot follows the waypoints by its true pose, so that all filters of a seed get the same
-//!    ticks and scans, and none steers by its own error.
+//! 1. The robot follows the waypoints by its true pose, so all filters of a seed get the same ticks
+//!    and scans, and none steers by its own error.
 //! 2. A landmark belongs to the wall that its first sighting came from. A match with the landmark
 //!    of another wall is an error, unless both walls lie on one line: then α and r are right all
 //!    the same.
@@ -28,7 +28,7 @@ use slamlab_core::sim::{SensorModel, Simulation, Thing, Things, Wall};
 use crate::errand::errand;
 use crate::ride::world_named;
 
-/// Simulated time of one decision, s, and how many odometry readings fall into it: those of
+/// Simulated time of one decision, s, and the number of odometry readings in it, as in
 /// `Experiment`.
 const PERIOD: f64 = 0.05;
 const READINGS: u32 = 5;
@@ -40,7 +40,7 @@ pub(crate) struct Tour {
     pub(crate) world: &'static str,
     /// World frame, m; the first one is where the robot starts.
     pub(crate) waypoints: &'static [(f64, f64)],
-    /// Ways to random places afterwards.
+    /// Number of routes to random places afterwards.
     pub(crate) errands: usize,
 }
 
@@ -67,7 +67,7 @@ pub(crate) const LOOP: Tour = Tour {
     errands: 0,
 };
 
-/// Into seven of the eight rooms and back to the start; a row for each, from the corridor into it.
+/// Into seven of the eight rooms and back to the start; a row per room, from the corridor into it.
 #[rustfmt::skip]
 pub(crate) const OFFICE: Tour = Tour {
     world: "office",
@@ -86,13 +86,13 @@ pub(crate) const OFFICE: Tour = Tour {
     errands: 0,
 };
 
-/// What one filter did on a tour.
+/// The results of one filter on a tour.
 #[derive(Default)]
 pub(crate) struct Listener {
     pub(crate) seed: u64,
     /// NEES of the pose at each scan.
     pub(crate) nees: Vec<f64>,
-    /// Of its heading alone.
+    /// NEES of the heading alone.
     pub(crate) heading_nees: Vec<f64>,
     pub(crate) ate: f64,
     pub(crate) end_error: f64,
@@ -101,9 +101,10 @@ pub(crate) struct Listener {
     pub(crate) matches: usize,
     /// Matches with the landmark of a wall on another line.
     pub(crate) wrong_matches: usize,
-    /// How often which wall was taken for which other, by their numbers in the world.
+    /// How often one wall was taken for another, by their numbers in the world.
     pub(crate) wrong_pairs: BTreeMap<(usize, usize), usize>,
-    /// Matches of lines that rays do not find on one wall: across a corner, a gap, a pillar.
+    /// Matches of lines that ray casting does not find on a single wall: across a corner, a gap, a
+    /// pillar.
     pub(crate) matches_of_no_wall: usize,
     /// Pairs of confirmed landmarks of one wall whose known parts overlap or touch.
     pub(crate) duplicates: usize,
@@ -114,12 +115,12 @@ pub(crate) struct Listener {
     pub(crate) confirmed: usize,
     pub(crate) merged: usize,
     pub(crate) wrong_merges: usize,
-    /// What walls and points are of.
+    /// The wall or point that each landmark belongs to.
     wall_of: Vec<(LandmarkId, Thing)>,
     track: Vec<Point2<f64>>,
 }
 
-/// Everything that moves.
+/// All state that changes during the drive.
 struct Drive {
     sim: Simulation,
     start: Pose2,
@@ -131,7 +132,7 @@ struct Drive {
     history: MotionHistory,
     extractor: LineExtractor,
     lines: Vec<LineFeature>,
-    /// Found only where a filter takes them in.
+    /// Found only if a filter uses them.
     points: Vec<PointFeature>,
     truth: Vec<Point2<f64>>,
     filters: Vec<(EkfSlam, Listener)>,
@@ -170,7 +171,7 @@ pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec
             route = errand(&drive.sim, &mut rng);
         }
         drive.steer(&mut route);
-        // Some scans at the end, standing.
+        // Some scans standing, at the end.
         rest += u32::from(route.is_empty());
         if rest > 20 {
             break;
@@ -188,17 +189,17 @@ pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec
     Ok(drive.finish(seed))
 }
 
-/// A filter for each of the settings, and what is recorded of it.
+/// A filter for each of the settings, and its record.
 fn listeners(configs: &[EkfConfig]) -> Result<Vec<(EkfSlam, Listener)>> {
     let with = |config: &EkfConfig| Ok((EkfSlam::new(*config)?, Listener::default()));
     configs.iter().map(with).collect()
 }
 
 impl Drive {
-    /// Heads for the next waypoint by the true pose.
+    /// Steers for the next waypoint by the true pose.
     fn steer(&mut self, route: &mut VecDeque<Point2<f64>>) {
         let pose = self.sim.truth();
-        // The points of an errand lie close: it heads for one some way ahead.
+        // The points of an errand lie close together: it steers for one some distance ahead.
         let is_passed = |p: &Point2<f64>| (p - pose.position()).length() < 0.25;
         while self.is_errand && route.len() > 1 && route.front().is_some_and(is_passed) {
             route.pop_front();
@@ -222,7 +223,7 @@ impl Drive {
         });
     }
 
-    /// Hands odometry and scans to the filters.
+    /// Passes odometry and scans to the filters.
     fn listen(&mut self) -> Result<()> {
         let odometry: Odometry = self.wheels.update(self.sim.stamp(), self.sim.ticks());
         self.history.push(&odometry);
@@ -340,7 +341,7 @@ impl Listener {
 
     fn count_duplicates(&self, slam: &EkfSlam, walls: &[Wall], start: &Pose2) -> usize {
         let touching = EkfConfig::default().association.max_gap;
-        // Where along its wall each landmark lies.
+        // The interval of each landmark along its wall.
         let confirmed = slam.landmarks().filter(|landmark| landmark.is_confirmed);
         let stretch = |landmark: Landmark| {
             let wall = number(&self.wall(landmark.id)?)?;
@@ -358,7 +359,7 @@ impl Listener {
     }
 }
 
-/// A wall's place among those of its world.
+/// A wall's index in its world.
 fn number(thing: &Thing) -> Option<usize> {
     match thing {
         Thing::Wall { number, .. } => Some(*number),

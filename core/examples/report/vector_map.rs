@@ -2,13 +2,13 @@
 //!
 //! 1. A robot with a lidar goes through all rooms of `office` ten times with the line filter,
 //!    driving by its own estimate.
-//! 2. What could be seen: from the true pose, a degree between two beams, each decimetre of each
-//!    true wall that was met at least five times. Its stretches of 0.3 m and more are the true
-//!    segments; faces of partitions count by themselves, ends of partitions and facets of pillars
-//!    are too short.
-//! 3. The map's segments of the same length are counted after each lap. Its error is the distance
-//!    of points on it, 5 cm apart, from the nearest true wall, the error of the pose included; what
-//!    of the true segments lies within 5 cm of the map is covered.
+//! 2. What could be seen, from the true pose with one degree between beams: each decimetre of each
+//!    true wall that was hit at least five times. Its stretches of 0.3 m and more are the true
+//!    segments; the two faces of a partition count separately, and ends of partitions and facets of
+//!    pillars are too short.
+//! 3. The map's segments of the same length are counted after each lap. The error of the map is the
+//!    distance of points on it, 5 cm apart, from the nearest true wall, including the error of the
+//!    pose; the parts of the true segments within 5 cm of the map are covered.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -37,9 +37,9 @@ const ROOMS: [(f64, f64); 8] = [
 const LONGEST: f64 = 300.0;
 /// Shorter segments are not counted, m.
 const LEAST_LENGTH: f64 = 0.3;
-/// Gaps that are no gaps, m.
+/// Smaller gaps are ignored, m.
 const GAP: f64 = 0.25;
-/// Length of a part of a wall, and how often it has to be met.
+/// Length of a part of a wall, and how often it has to be hit.
 const PART: f64 = 0.1;
 const MET: u32 = 5;
 const RANGE: f64 = 8.0;
@@ -156,7 +156,7 @@ fn nearest(segments: &[Segment], point: Point2<f64>) -> f64 {
     distances.fold(f64::INFINITY, f64::min)
 }
 
-/// How often which part of which true wall was met by a beam from the true pose.
+/// How often each part of each true wall was hit by a beam from the true pose.
 #[derive(Default)]
 struct Witness {
     met: BTreeMap<(usize, usize), u32>,

@@ -1,10 +1,10 @@
-//! Loop closures of scan matching, held against the truth.
+//! Loop closures of scan matching, compared with the truth.
 //!
-//! A closure joins two submaps that do not follow one another. It is false where the relative pose
-//! that it claims differs from the true one by more than [`MOST_SHIFT`] or [`MOST_TURN`]. A submap
-//! truly lies where its scans say: each by where the robot truly was and where in the submap it was
-//! put, in the mean. Its first scan alone does not do: taken in a quick turn it is a tenth of a
-//! radian off among the others.
+//! A closure joins two submaps that are not consecutive. It is false if the relative pose that it
+//! claims differs from the true one by more than [`MOST_SHIFT`] or [`MOST_TURN`]. The true pose of
+//! a submap is the mean over its scans, each from the robot's true pose and the scan's pose in the
+//! submap. Its first scan alone is not enough: taken in a quick turn, it is a tenth of a radian off
+//! relative to the others.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,11 +14,11 @@ use slamlab_core::estimation::{Edge, ScanMatcher};
 use slamlab_core::geom::{Length, Pose2};
 use slamlab_core::robot::Stamp;
 
-/// A closure that is off by more is false, m and rad.
+/// A closure with a larger error is false, m and rad.
 const MOST_SHIFT: f64 = 0.5;
 const MOST_TURN: f64 = 0.1;
 
-/// A closure of a loop, and how far it is off.
+/// A closure of a loop, and its error.
 pub(crate) struct Closure {
     /// The submaps that it joins, and when they began.
     submaps: [usize; 2],
@@ -50,9 +50,9 @@ impl fmt::Display for Closure {
     }
 }
 
-/// The closures of a run whose truth is known, map frame, at each scan.
+/// The closures of a run, given its true poses at each scan, map frame.
 ///
-/// # Errors    A scan of which it is not known.
+/// # Errors    A scan without a true pose.
 pub(crate) fn closures_of(
     matcher: &ScanMatcher,
     truth: &BTreeMap<Stamp, Pose2>,
@@ -82,7 +82,7 @@ pub(crate) fn closures_of(
         .collect()
 }
 
-/// Of each submap when it began, and its true pose.
+/// For each submap when it began, and its true pose.
 fn submaps_of(
     matcher: &ScanMatcher,
     truth: &BTreeMap<Stamp, Pose2>,
@@ -98,7 +98,7 @@ fn submaps_of(
     }
     let mean = |(submap, scans): (usize, Vec<(Stamp, Pose2)>)| {
         let &(began, first) = scans.first()?;
-        // Headings are averaged about one of them, for they wrap.
+        // Headings are averaged about one of them, because they wrap.
         let off = scans.iter().map(|(_, pose)| first.delta_to(pose));
         let sum = off.fold([0.0; 3], |[x, y, turn], off| {
             [x + off.x(), y + off.y(), turn + off.heading()]

@@ -1,4 +1,4 @@
-//! Processor time: what a quiet machine's clock would show, on any machine.
+//! Processor time: what the wall clock of an idle machine would show, on any machine.
 
 use rustix::time::{ClockId, clock_gettime};
 

@@ -1,4 +1,4 @@
-//! Reads a recorded log from a file, in chunks, so that the text is never in memory as a whole.
+//! Reads a recorded log from a file, in chunks, so the text is never in memory as a whole.
 
 use std::io::BufRead as _;
 use std::path::Path;
@@ -28,7 +28,7 @@ impl Topics {
     }
 }
 
-/// A log of any kind; what had to be decided of one of ROS is printed.
+/// A log of any kind; choices made for a recording of ROS are printed.
 pub(crate) fn read(path: &Path, topics: &Topics) -> anyhow::Result<Log> {
     let name = || format!("log {}", path.display());
     let mut reader = LogReader::default();
@@ -66,7 +66,7 @@ fn import(path: &Path, topics: &Topics) -> anyhow::Result<Log> {
     Ok(imported.recording.into())
 }
 
-/// Each chunk of a file, until `take` wants no more.
+/// Passes each chunk of a file to `take`, until that wants no more.
 fn chunks(path: &Path, mut take: impl FnMut(&[u8]) -> anyhow::Result<bool>) -> anyhow::Result<()> {
     let file = std::fs::File::open(path)?;
     let mut file = std::io::BufReader::with_capacity(CHUNK, file);

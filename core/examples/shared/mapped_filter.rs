@@ -1,5 +1,6 @@
-//! A line filter with a map of so many walls, for all that measure what an update costs: the report
-//! `ekf-cost`, the bench `ekf_slam`, and the comparison of browser and native program.
+//! A line filter with a map of a given number of walls, for everything that measures the cost of an
+//! update: the report `ekf-cost`, the bench `ekf_slam`, and the comparison of browser and native
+//! program.
 
 use nalgebra::{Matrix2, Matrix3, Point2, Vector2};
 use slamlab_core::association::AssociationMethod;
@@ -21,7 +22,7 @@ pub(crate) fn mapped(n: usize, method: AssociationMethod) -> Result<EkfSlam, Ekf
     config.association.method = method;
     let mut slam = EkfSlam::new(config)?;
     let walls: Vec<_> = (0..n).map(wall).collect();
-    // Often enough to be confirmed: what was seen once is soon forgotten.
+    // Often enough to be confirmed: a landmark seen once is soon forgotten.
     for _ in 0..4 {
         slam.update(&walls, &NOW)?;
     }
@@ -30,7 +31,7 @@ pub(crate) fn mapped(n: usize, method: AssociationMethod) -> Result<EkfSlam, Ekf
     Ok(slam)
 }
 
-/// One scan of a robot that stands; how many of its lines were matched.
+/// One scan of a standing robot; returns how many of its lines were matched.
 pub(crate) fn observe(slam: &mut EkfSlam, seen: &[LineFeature]) -> Result<usize, EkfError> {
     slam.predict(&Odometry {
         motion: Pose2::identity(),

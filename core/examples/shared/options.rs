@@ -1,4 +1,4 @@
-//! What `evaluate` and `simulate` have in common: settings to run with, and files to write.
+//! Options shared by `evaluate` and `simulate`: settings to run with, and files to write.
 
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,7 @@ fn setting(text: &str) -> Result<(String, f64), String> {
 }
 
 impl Changes {
-    /// Sets them for a run of this scope.
+    /// Applies them to the settings of a run of this scope.
     pub(crate) fn apply_to(&self, settings: &mut Settings, scope: &Scope) -> Result<()> {
         if let Some(path) = &self.preset {
             let name = || format!("preset {}", path.display());
@@ -109,7 +109,7 @@ impl Outputs {
         given(all)
     }
 
-    /// Refuses what the method of a run cannot give; before the run.
+    /// Refuses outputs that the method of a run cannot give; before the run.
     pub(crate) fn check_method(&self, slam: &Slam, name: &str) -> Result<()> {
         if self.g2o.is_some() && slam.view().graph.is_none() {
             bail!("--g2o: the method {name} keeps no pose graph; scan-matching does");
@@ -164,7 +164,7 @@ impl Outputs {
     }
 }
 
-/// Of options with files those that were given.
+/// Of options with files, those that were given.
 pub(crate) fn given<const N: usize>(
     options: [(&'static str, &Option<PathBuf>); N],
 ) -> Vec<(&'static str, PathBuf)> {
@@ -174,8 +174,8 @@ pub(crate) fn given<const N: usize>(
         .collect()
 }
 
-/// Refuses what cannot be written, and what is written over another file of the run; before the
-/// run, which may take minutes.
+/// Refuses files that cannot be written, or that would overwrite another file of the run; before
+/// the run, which may take minutes.
 pub(crate) fn check(
     read: Vec<(&'static str, PathBuf)>,
     written: Vec<(&'static str, PathBuf)>,
@@ -197,7 +197,7 @@ pub(crate) fn check(
     Ok(())
 }
 
-/// Writes all of them, or none: under other names first.
+/// Writes all of them or none: under temporary names first.
 pub(crate) fn write(files: &[File]) -> Result<()> {
     for (path, bytes) in files {
         if let Err(error) = std::fs::write(part_of(path), bytes) {

@@ -1,6 +1,6 @@
-//! The most memory that this process has had, whatever it has done before.
+//! The most memory that this process has used since it started.
 
-/// High-water mark of the resident memory, MB; `None` where the system does not tell.
+/// High-water mark of the resident memory, MB; `None` if the system does not report it.
 pub(crate) fn peak_memory_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

@@ -1,7 +1,7 @@
-//! A building in a file: to drive in, or to find a robot in.
+//! A building in a file: to drive in, or to localise a robot in.
 //!
 //! In: the path of a map's YAML (ROS map_server), of an `OGmap.txt`, of a submap (`.smap`), of a
-//! floor plan (SVG) or of a world (JSON). Out: what it shows. The programs that take `--prior-map`
+//! floor plan (SVG) or of a world (JSON). Out: its content. The programs that take `--prior-map`
 //! share this file.
 
 use std::path::Path;
@@ -20,8 +20,8 @@ pub(crate) enum Start {
     Anywhere,
 }
 
-/// A map to be found in. `svg_unit`: metres in a unit of a floor plan, where the drawing does not
-/// say. One in which the robot begins anywhere keeps the frame of its file.
+/// A map to localise the robot in. `svg_unit`: metres per unit of a floor plan, if the drawing does
+/// not say. If the robot may begin anywhere, the map keeps the frame of its file.
 pub(crate) fn read(path: &Path, svg_unit: Option<f64>, start: &Start) -> Result<PriorMap> {
     let walls = load(path, svg_unit)?
         .prior_walls()
@@ -39,7 +39,7 @@ pub(crate) fn read(path: &Path, svg_unit: Option<f64>, start: &Start) -> Result<
     })
 }
 
-/// What a file shows; the image that the YAML of a map names is read with it.
+/// The content of a file; with the YAML of a map, the image that it names is read.
 pub(crate) fn load(path: &Path, svg_unit: Option<f64>) -> Result<BuildingFile> {
     let read =
         |path: &Path| std::fs::read(path).with_context(|| format!("reading {}", path.display()));
@@ -57,7 +57,7 @@ pub(crate) fn load(path: &Path, svg_unit: Option<f64>) -> Result<BuildingFile> {
     BuildingFile::read(&files, svg_unit).with_context(is_none)
 }
 
-/// `anywhere`, or a pose as [`pose`] has it.
+/// `anywhere`, or a pose as [`pose`] reads it.
 pub(crate) fn start(text: &str) -> Result<Start> {
     match text {
         "anywhere" => Ok(Start::Anywhere),
@@ -73,7 +73,7 @@ pub(crate) fn pose(text: &str) -> Result<Pose2> {
     Ok(Pose2::new(x, y, degrees.to_radians()))
 }
 
-/// So many finite numbers, apart by commas.
+/// `N` finite numbers, separated by commas.
 pub(crate) fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let number = |word: &str| word.trim().parse().ok().filter(|n: &f64| n.is_finite());
     let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();

@@ -1,10 +1,10 @@
-//! What a map is worth: for JSON, and in words.
+//! The quality of a map: for JSON, and in words.
 
 use serde_json::{Value, json};
 use slamlab_core::estimation::{ClosedLoop, MapQuality, MapVerdict, Tear, TearKind, Unjudgeable};
 use slamlab_core::robot::Stamp;
 
-/// Tears that are told in words, at most.
+/// Maximum number of tears that are described in words.
 const MOST_TOLD: usize = 10;
 
 /// The fields of the JSON.
@@ -47,8 +47,8 @@ pub(crate) fn figures(quality: &MapQuality) -> Value {
     })
 }
 
-/// What a person should know of it; nothing of a good map of which all is known as well as it is
-/// said.
+/// What a person should know of it; empty for a good map whose figures are all as certain as
+/// stated.
 pub(crate) fn words(quality: &MapQuality) -> Vec<String> {
     let ratio = quality.loop_ratio().filter(|_| quality.is_overconfident());
     let overconfident = ratio.map(|ratio| {

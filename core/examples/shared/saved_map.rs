@@ -56,7 +56,7 @@ impl SavedMapOptions {
         slamlab::read(&bytes).with_context(name).map(Some)
     }
 
-    /// The same for a run.
+    /// The map to go on in, for a run.
     pub(crate) fn earlier(&self, saved: Experiment) -> EarlierMap {
         EarlierMap {
             map: Arc::new(saved.map),
@@ -64,15 +64,15 @@ impl SavedMapOptions {
         }
     }
 
-    /// The file to be written of a run in `of`, a log or a world, with the settings that were not
-    /// the defaults.
+    /// The file to save from a run in `of`, a log or a world, with the settings that differed from
+    /// their defaults.
     pub(crate) fn file(
         &self,
         of: &Path,
         map: impl FnOnce() -> Option<SavedMap>,
         settings: Vec<(String, f64)>,
     ) -> Result<Option<options::File>> {
-        // Saved, a map takes as much memory again as it does itself.
+        // Saving a map takes as much memory again as the map itself.
         let Some(path) = &self.save else {
             return Ok(None);
         };

@@ -1,4 +1,4 @@
-//! Whether what came of a run is to be believed. `evaluate` and `simulate` share this file.
+//! Whether the result of a run can be trusted. `evaluate` and `simulate` share this file.
 
 use serde_json::{Value, json};
 use slamlab_core::estimation::{
@@ -7,15 +7,14 @@ use slamlab_core::estimation::{
 };
 use slamlab_core::slam::{PriorMapFit, Slam};
 
-/// The exit status where what came of a run is not to be believed: the map is torn, nothing was
-/// matched to it, or the robot is lost in the map that it was given. 2 is that of a wrong command
-/// line.
+/// The exit status if the result of a run cannot be trusted: the map is torn, nothing was matched
+/// to it, or the robot is lost in the given map. 2 is that of a wrong command line.
 pub(crate) const NOT_BELIEVED: u8 = 3;
 
-/// What stands for the verdict on a map whose method is not judged: scan matching's alone is.
+/// The verdict on a map whose method is not judged; only scan matching is.
 pub(crate) const NOT_JUDGED: &str = "not judged";
 
-/// How a robot is lost, at the end of a run, in the map that it was given; `None` where it is not.
+/// In what way a robot is lost in the given map at the end of a run; `None` if it is not.
 pub(crate) fn lost(slam: &Slam) -> Option<&'static str> {
     let view = slam.view();
     let pose_quality = view.pose_quality;
@@ -28,15 +27,15 @@ pub(crate) fn lost(slam: &Slam) -> Option<&'static str> {
     }
 }
 
-/// Whether map and poses are to be believed. One scan lies where it lies.
+/// Whether map and poses can be trusted. A map of a single scan cannot be judged, and is trusted.
 pub(crate) fn is_believed(quality: &MapQuality) -> bool {
     let is_founded = matches!(quality.unjudgeable, None | Some(Unjudgeable::OneScan));
     is_founded && quality.verdict != MapVerdict::Torn
 }
 
-/// What became of the loops that were considered, for the JSON. Those that wait, were refused or
-/// were revoked are counted as far as the matcher still knows them: the last few hundred. The
-/// doubts are the widest of those accepted after a search: how well their places were known before.
+/// What became of the loops that were considered, for the JSON. Waiting, refused and revoked ones
+/// are counted as far as the matcher still knows them: the last few hundred. The doubts are the
+/// widest among those accepted after a search: how well their places were known before.
 pub(crate) fn closures(map: &ScanMatcher) -> Value {
     let records: Vec<_> = map.closure_records().collect();
     let count = |is: fn(&ClosureFate) -> bool| {

@@ -1,7 +1,7 @@
-//! `cpd`: coherent point drift between clouds of 280, 2 000 and 10 000 points, as the peers'
-//! `cpd_*`: `rigid` (and `affine`) in exactly 50 iterations (`fix50`), and until it ends by itself
-//! (`conv`). The error is the root mean square distance between where the map found and the true
-//! one take the source's points.
+//! `cpd`: coherent point drift between clouds of 280, 2 000 and 10 000 points, like the peers'
+//! `cpd_*`: `rigid` (and `affine`) in exactly 50 iterations (`fix50`), and until it converges
+//! (`conv`). The error is the root mean square distance between the source's points mapped by the
+//! found map and by the true one.
 
 use anyhow::{Context, Result};
 use nalgebra::{Matrix2, Point2, Vector2};
@@ -42,7 +42,7 @@ pub(crate) fn run(inputs: &Inputs) -> Result<()> {
     Ok(())
 }
 
-/// Fifty iterations, whatever happens.
+/// Fifty iterations, without convergence tests.
 fn fixed_iterations() -> CpdConfig {
     CpdConfig {
         max_iterations: 50,
@@ -52,7 +52,7 @@ fn fixed_iterations() -> CpdConfig {
     }
 }
 
-/// The peers' clouds of so many points: the source, and where the map took it.
+/// The peers' clouds of `count` points: the source, and the target that the true map made of it.
 pub(crate) fn clouds(inputs: &Inputs, count: usize, kind: &str) -> Result<[Vec<Point2<f64>>; 2]> {
     let cloud = |name: String| -> Result<Vec<Point2<f64>>> {
         let rows = inputs.table::<2>(&name)?.into_iter();
@@ -76,7 +76,7 @@ pub(crate) fn true_map(kind: CpdKind) -> AffineMap {
     AffineMap { linear, shift }
 }
 
-/// Root mean square distance between where both maps take the points.
+/// Root mean square distance between the points mapped by both maps.
 pub(crate) fn map_error(found: &AffineMap, truth: &AffineMap, points: &[Point2<f64>]) -> f64 {
     let off =
         |p: &Point2<f64>| (found.linear - truth.linear) * p.coords + found.shift - truth.shift;

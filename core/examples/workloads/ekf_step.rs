@@ -1,14 +1,14 @@
-//! `ekf_step`: 300 steps of EKF-SLAM over N point landmarks, ten of them seen in each step and all
-//! known by number.
+//! `ekf_step`: 300 steps of EKF-SLAM over N point landmarks, ten of them seen in each step, all
+//! with known correspondence.
 //!
-//! The filter's covariance is the core's [`Covariance`]; the model of points is the bar's, so that
-//! both do the same steps and end in the same place. The core's own filter maps lines and finds its
-//! matches by itself: `report -- ekf-cost` measures that.
+//! The filter's covariance is the core's [`Covariance`]. The model of points is the one of the
+//! comparison, so both do the same steps and end in the same place. The core's own filter maps
+//! lines and finds its matches by itself: `report -- ekf-cost` measures that.
 //!
-//! 1. Move: x by the odometry, P by F and the odometry's noise turned into the map.
-//! 2. Each observation corrects the state by P Hᵀ L⁻ᵀ with Z = L Lᵀ, linearised again; what P loses
-//!    waits.
-//! 3. At the end of the step all of it is written in one pass.
+//! 1. Predict: x by the odometry; P by F and the odometry's noise, rotated into the map frame.
+//! 2. Each observation corrects the state by P Hᵀ L⁻ᵀ with Z = L Lᵀ, relinearised each time; the
+//!    subtraction from P is deferred.
+//! 3. At the end of the step all subtractions are applied in one pass.
 
 use std::f64::consts::PI;
 
@@ -22,11 +22,11 @@ use crate::timing::{cpu_ms, emit, median};
 
 const SIZES: [usize; 3] = [100, 200, 500];
 const REPEATS: usize = 3;
-/// σ of the odometry's dx, dy (m) and dθ (rad), as the inputs were made.
+/// σ of the odometry's dx, dy (m) and dθ (rad), as in the inputs.
 const ODOMETRY: [f64; 3] = [0.02, 0.01, 0.005];
 /// σ of range (m) and bearing (rad).
 const SEEN: [f64; 2] = [0.05, 0.5 * PI / 180.0];
-/// The core's robot has five states; this one has no systematic errors.
+/// The core's robot has five states; this one has no states for systematic errors.
 const ROBOT: usize = 5;
 
 pub(crate) fn run(inputs: &Inputs) -> Result<()> {
@@ -60,10 +60,10 @@ fn measure(inputs: &Inputs, n: usize) -> Result<()> {
     Ok(())
 }
 
-/// What the robot did and saw.
+/// The robot's motion and observations.
 struct Walk {
     motions: Vec<[f64; 3]>,
-    /// By step; all landmarks in the first.
+    /// By step; the first shows all landmarks.
     seen: Vec<Vec<Seen>>,
     truth: Vec<[f64; 3]>,
 }
@@ -111,7 +111,7 @@ struct PointSlam {
 }
 
 impl PointSlam {
-    /// A robot that knows where it is.
+    /// A robot with a known pose.
     fn new(pose: [f64; 3]) -> Self {
         Self {
             pose,
@@ -121,7 +121,7 @@ impl PointSlam {
         }
     }
 
-    /// A new landmark, seen from a known place: what it shares with the robot is nothing.
+    /// A new landmark, seen from a known pose: it has no correlation with the robot.
     fn augment(&mut self, seen: &Seen) {
         let [x, y, heading] = self.pose;
         let (sin, cos) = sin_cos(heading + seen.bearing);
@@ -157,7 +157,7 @@ impl PointSlam {
         });
     }
 
-    /// Step 2. Tells whether Z was positive definite.
+    /// Step 2. Returns whether Z was positive definite.
     fn correct(&mut self, seen: &Seen) -> bool {
         let [lx, ly] = self.landmarks[seen.landmark];
         let (ex, ey) = (lx - self.pose[0], ly - self.pose[1]);

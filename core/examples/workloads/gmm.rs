@@ -1,5 +1,5 @@
-//! `gmm`: the L2 distance of two Gaussian mixtures made least, between clouds of 280 and 2 000
-//! points, as the peers' `gmml2_rigid_*`.
+//! `gmm`: minimises the L2 distance of two Gaussian mixtures, between clouds of 280 and 2 000
+//! points, like the peers' `gmml2_rigid_*`.
 
 use anyhow::{Context, Result};
 use slamlab_core::geom::Pose2;

@@ -1,7 +1,7 @@
 //! `grid`: 1 000 scans of 360 beams drawn into the occupancy grid, 5 cm cells, by each rule for
 //! free cells.
 //!
-//! As with the peers, a beam without return clears 30 m, poses are known, and the time is that from
+//! As with the peers, a beam without return clears 30 m, poses are known, and the time is from
 //! ranges to cells.
 
 use std::f64::consts::{PI, TAU};
@@ -54,7 +54,7 @@ pub(crate) fn run(inputs: &Inputs) -> Result<()> {
     Ok(())
 }
 
-/// What a scan says, every beam believed to its end; -1 means no range.
+/// The evidence of a scan, with every beam believed to its end; -1 means no range.
 fn evidence(ranges: &[f64], directions: &[Vector2<f64>]) -> Evidence {
     let mut evidence = Evidence::default();
     for (&range, direction) in ranges.iter().zip(directions) {

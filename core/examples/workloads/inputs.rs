@@ -1,5 +1,4 @@
-//! In: the peers' text files. Out: rows of numbers; what cannot be read is named by file, line and
-//! column.
+//! In: the peers' text files. Out: rows of numbers. Errors name file, line and column.
 
 use std::path::PathBuf;
 

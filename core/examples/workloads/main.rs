@@ -1,4 +1,4 @@
-//! Runs the workloads of the peers' folder, on the very inputs that the peers read.
+//! Runs the workloads of the peers' folder, on exactly the inputs that the peers read.
 //!
 //! ```text
 //! cargo run --release -p slamlab-core --example workloads -- --inputs DIR [WORKLOAD..]
@@ -6,8 +6,8 @@
 //!
 //! In: the folder of inputs that the peers' `gen_inputs.py` writes, and names of workloads; without
 //! a name, all. Out: one line for each measurement, in the peers' own form:
-//! `peer workload median_ms extra`. The time is that of the processor, the median of some runs
-//! after one to warm up, so that it can stand beside a peer's of the same machine and hour.
+//! `peer workload median_ms extra`. The time is processor time, the median of some runs after one
+//! warm-up run, and can be compared with a peer's of the same machine and hour.
 //!
 //! A workload is a file with one function; [`WORKLOADS`] is the table of names.
 
@@ -39,7 +39,7 @@ use clap::Parser;
 
 use inputs::Inputs;
 
-/// Name of a workload, and what runs it.
+/// Name of a workload, and the function that runs it.
 type Entry = (&'static str, fn(&Inputs) -> Result<()>);
 
 /// All workloads, by name.

@@ -1,9 +1,9 @@
 //! `plan`: paths for a disc of 0.2 m through the 100 walls of `world_office.csv`, and over the
 //! cells of `grid_office_1000.txt`.
 //!
-//! Time is that of a query from question to path; the space is made once, as the peers' checkers
-//! are. Every path is checked against every wall one by one, outside of the time. The visibility
-//! graph gives the optimum that lengths are compared with.
+//! Time is that of a query from question to path; the space is built once, like the peers'
+//! checkers. Every path is checked against every wall one by one, outside the measured time. The
+//! visibility graph gives the optimum that lengths are compared with.
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Point2, Vector2};
@@ -121,7 +121,7 @@ fn measure(
     Ok(())
 }
 
-/// Every leg against every wall.
+/// Checks every leg against every wall.
 fn check(path: &Path, query: &Query, space: &SegmentSpace) -> Result<()> {
     let ends = (path.points.first(), path.points.last());
     let is_whole = ends == (Some(&query.start), Some(&query.goal));
@@ -135,7 +135,7 @@ fn check(path: &Path, query: &Query, space: &SegmentSpace) -> Result<()> {
     Ok(())
 }
 
-/// Nothing but cells: no room, and every leg free that steps over open ones.
+/// A grid without clearance: every leg over open cells is free.
 struct CellsOnly;
 
 impl ConfigSpace for CellsOnly {

@@ -1,8 +1,8 @@
-//! `rays`: 1000 beams from each of 1000 places, against the 100 walls of `world_office.csv`; up to
+//! `rays`: 1000 beams from each of 1000 places, against the 100 walls of `world_office.csv`, up to
 //! 30 m.
 //!
-//! The beams of a place are a full circle of even steps, so [`Caster::cast_fan`] does a place at
-//! once; each ray by itself, with its own sine and cosine as the peers take them, stands beside it.
+//! The beams of a place are a full circle of even steps, so [`Caster::cast_fan`] casts a place at
+//! once; beside it stands each ray by itself, with its own sine and cosine as in the peers.
 
 use std::f64::consts::TAU;
 
@@ -31,7 +31,7 @@ pub(crate) fn run(inputs: &Inputs) -> Result<()> {
     single_rays(&caster, &places)
 }
 
-/// What the ranges add up to, to compare with the peers'.
+/// The sum of the ranges, to compare with the peers'.
 #[derive(Default)]
 struct Sum {
     ranges: f64,

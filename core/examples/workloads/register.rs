@@ -1,5 +1,5 @@
-//! `register`: 100 pairs of scans of 360 points a set, as the peers' `icp_*`: from raw points to
-//! the pose, trees and normals included. A pair counts as found within 3 cm and 0.5°.
+//! `register`: 100 pairs of scans of 360 points per set, like the peers' `icp_*`: from raw points
+//! to the pose, trees and normals included. A pair counts as found within 3 cm and 0.5°.
 
 use anyhow::{Result, ensure};
 use nalgebra::Point2;

@@ -1,9 +1,9 @@
-//! `slam`: the whole of `slam_log.csv`, 1 398 scans of 360 beams on two laps, by a scan; with its
-//! odometry and without.
+//! `slam`: the whole of `slam_log.csv`, 1 398 scans of 360 beams on two laps, time per scan; with
+//! its odometry and without.
 //!
-//! The time is that of the whole run by default settings, from ranges to trajectory and map. As
-//! with the peers, the error is the root mean square distance of all poses from the truth, the
-//! first pose laid on the true one. A scan a second is assumed: the log has no times.
+//! The time is that of the whole run with default settings, from ranges to trajectory and map. As
+//! with the peers, the error is the root mean square distance of all poses from the truth, with the
+//! first pose placed on the true one. One scan per second is assumed, because the log has no times.
 
 use std::f64::consts::{PI, TAU};
 
@@ -18,7 +18,7 @@ use crate::inputs::Inputs;
 use crate::timing::{emit, median_ms};
 
 const BEAMS: usize = 360;
-/// Before the ranges: the true pose, and that of the odometry.
+/// Columns before the ranges: the true pose, and that of the odometry.
 const POSES: usize = 6;
 const MAX_RANGE: f64 = 20.0;
 const REPEATS: usize = 5;
@@ -60,7 +60,7 @@ pub(crate) fn run(inputs: &Inputs) -> Result<()> {
     Ok(())
 }
 
-/// -1 means that there was nothing as far as the sensor sees.
+/// -1 means that nothing was within the sensor's range.
 fn scan(seconds: f64, ranges: &[f64]) -> Scan {
     let range = |range: &f64| match *range {
         range if range > 0.0 => range as f32,
@@ -80,7 +80,7 @@ fn scan(seconds: f64, ranges: &[f64]) -> Scan {
     }
 }
 
-/// Root mean square and largest distance, m, the first pose laid on the true one.
+/// Root mean square and largest distance, m, with the first pose placed on the true one.
 fn errors(truth: &[Pose2], poses: impl Iterator<Item = Pose2> + Clone) -> Option<(f64, f64)> {
     let world_from_map = *truth.first()? * poses.clone().next()?.inverse();
     let off = |(truth, pose): (&Pose2, Pose2)| {

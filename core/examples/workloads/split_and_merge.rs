@@ -1,10 +1,10 @@
-//! `split_and_merge`: the lines of 1000 scans of 360 beams in `world_hall.csv`, by a scan.
+//! `split_and_merge`: the lines of 1000 scans of 360 beams in `world_hall.csv`, time per scan.
 //!
-//! The points are made beforehand, as the peers' are, but only just: some scans at a time, so that
-//! they still lie in the cache, as those that a robot has just made. The peer gives the ends of its
-//! pieces and nothing else; here each line comes with its covariance and χ². How good the lines are
-//! is judged as `report -- split-merge` does: TPR, the share of the beams on walls that a line
-//! claims; PPV, the share of the claims that are right.
+//! The points are made beforehand, like the peers', but only some scans at a time, so they are
+//! still in the cache, like those that a robot has just made. The peer gives only the ends of its
+//! pieces; here each line comes with its covariance and χ². The quality of the lines is judged as
+//! in `report -- split-merge`: TPR, the share of the beams on walls that a line claims; PPV, the
+//! share of the claims that are right.
 
 use std::f64::consts::{PI, TAU};
 
@@ -22,10 +22,10 @@ use crate::timing::{cpu_ms, emit, median};
 const WORKLOAD: &str = "lines_per_scan_360";
 const BEAMS: usize = 360;
 const MAX_RANGE: f64 = 30.0;
-/// σ of the ranges, m, as the inputs were made.
+/// σ of the ranges, m, as in the inputs.
 const SIGMA: f64 = 0.01;
 const REPEATS: usize = 21;
-/// Scans whose points are made at a time: 0.6 MB.
+/// Number of scans whose points are made at a time: 0.6 MB.
 const BATCH: usize = 25;
 
 pub(crate) fn run(inputs: &Inputs) -> Result<()> {
@@ -66,7 +66,7 @@ fn measure(peer: &str, config: LineConfig, scenes: &[Scene]) -> Result<()> {
         }
         rounds.push(ms);
     }
-    // The first was to warm up.
+    // The first was a warm-up.
     let ms = median(&mut rounds[1..]);
     let mut score = Score::default();
     for scene in scenes {
@@ -84,7 +84,7 @@ fn measure(peer: &str, config: LineConfig, scenes: &[Scene]) -> Result<()> {
     Ok(())
 }
 
-/// A row of the file: the pose, then a range for each beam, -1 where there is none.
+/// A row of the file: the pose, then a range for each beam, -1 if there is none.
 fn scene(row: &[f64], walls: &[Segment]) -> Scene {
     let (pose, ranges) = row.split_at(3);
     let pose = Pose2::new(pose[0], pose[1], pose[2]);
@@ -124,7 +124,7 @@ fn scene(row: &[f64], walls: &[Segment]) -> Scene {
     }
 }
 
-/// Range and number of the wall that a beam truly meets; `direction` in the robot frame.
+/// Range and number of the wall that a beam truly hits; `direction` in the robot frame.
 fn nearest(walls: &[Segment], pose: &Pose2, direction: Vector2<f64>) -> Option<(f64, usize)> {
     let direction = pose.rotate(direction);
     let hits = walls.iter().enumerate().filter_map(|(index, wall)| {

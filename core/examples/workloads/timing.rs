@@ -1,4 +1,4 @@
-//! Processor time and medians, as the peers take them.
+//! Processor time and medians, as in the peers' programs.
 
 use anyhow::Result;
 
@@ -9,7 +9,7 @@ pub(crate) fn cpu_ms() -> f64 {
     1e3 * cpu_seconds()
 }
 
-/// Median processor time of `work`, ms: one run to warm up, then `times`.
+/// Median processor time of `work`, ms, over `times` runs after one warm-up run.
 pub(crate) fn median_ms(times: usize, mut work: impl FnMut() -> Result<()>) -> Result<f64> {
     work()?;
     let mut all = vec![];
@@ -21,7 +21,7 @@ pub(crate) fn median_ms(times: usize, mut work: impl FnMut() -> Result<()>) -> R
     Ok(median(&mut all))
 }
 
-/// The middle one; NaN of none.
+/// The median; NaN of no values.
 pub(crate) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)

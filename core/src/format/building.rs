@@ -1,15 +1,16 @@
-//! Buildings from files of others: a map of ROS map_server, a submap of points, or a floor plan
-//! drawn as SVG, becomes a [`World`] to drive in.
+//! Buildings from the files of other programs: a map of ROS map_server, a submap of points, or a
+//! floor plan drawn as SVG, becomes a [`World`] to drive in.
 //!
 //! In: an [`OccupancyMap`], or the bytes of a drawing. Out: an [`Imported`] world. [`BuildingFile`]
-//! tells files apart by their names.
+//! recognises the kind of a file.
 //!
-//! 1. The outlines of what is occupied in a map become walls, straightened to within a cell; a
+//! 1. The outlines of the occupied cells of a map become walls, straightened to within a cell; a
 //!    drawing's lines are walls as they are ([`of_svg`]).
 //! 2. The robot starts where the building has most room, or where a drawing says (an element with
-//!    the id `start`); in a map at its origin, where a robot that drew it began, if there is room.
-//! 3. A fence around everything keeps the robot in sight of what there is: a building whose doors
-//!    lead outside, or a map that was not finished, is open to nowhere.
+//!    the id `start`). In a map it starts at the origin, where the robot that made the map began,
+//!    if there is room.
+//! 3. A fence around everything keeps the robot near the walls: doors may lead outside, and an
+//!    unfinished map is open.
 //!
 //! The world's frame is that of the file: poses in it mean the same in both.
 
@@ -44,16 +45,16 @@ pub use self::svg::of_svg;
 const WALL_ABOVE: i8 = 65;
 /// Cells of a map up to this percentage are floor.
 const FLOOR_UPTO: i8 = 35;
-/// More cells are not made into a building: 400 m x 400 m in cells of 5 cm.
+/// Maps with more cells are refused: 400 m x 400 m in cells of 5 cm.
 const MOST_CELLS: usize = 64_000_000;
-/// How far walls may be off from the borders of the cells, in cells: staircases become straight.
+/// How far walls may deviate from the borders of the cells, in cells: staircases become straight.
 const TOLERANCE: f64 = 1.0;
 /// Sides of the fence around a building.
 const FENCE_SIDES: usize = 4;
 /// Room around the robot where it starts, m.
 const CLEARANCE: f64 = 0.05;
 
-/// A world, and what of the file is not in it.
+/// A world, and what it lacks of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
     /// The building.
@@ -64,8 +65,8 @@ pub struct Imported {
 
 /// The building that a map shows.
 ///
-/// # Errors    [`BuildingError`]: too many cells, no wall, no room for the robot, or a world that
-/// cannot be.
+/// # Errors    [`BuildingError`]: too many cells, no wall, no room for the robot, or an invalid
+/// world.
 pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Imported, BuildingError> {
     let mut world = World::new(name, start_in_map(map)?);
     for points in walls_of_map(map)? {
@@ -82,8 +83,8 @@ pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Imported, BuildingError>
     })
 }
 
-/// Where a robot starts in a map: at its origin, where one that drew it began, if there is room,
-/// else where there is most.
+/// Where a robot starts in a map: at the map's origin, where the robot that made it began, if there
+/// is room, otherwise where there is most room.
 ///
 /// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`], [`BuildingError::NoRoom`].
 fn start_in_map(map: &OccupancyMap) -> Result<Pose2, BuildingError> {
@@ -115,9 +116,9 @@ fn check_size(map: &OccupancyMap) -> Result<(), BuildingError> {
     Ok(())
 }
 
-/// The surfaces of what is occupied in a map, in the map's frame, with what is free on the left:
-/// what a robot can be localised by. A map in which nothing is free tells no front from a back, and
-/// has both.
+/// The surfaces of the occupied cells of a map, in the map's frame, with free space on the left:
+/// what a robot can be localised by. In a map without free cells front and back cannot be told
+/// apart, so each surface appears as both.
 ///
 /// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`].
 pub fn surfaces_of_map(map: &OccupancyMap) -> Result<Vec<Segment>, BuildingError> {
@@ -136,8 +137,8 @@ pub fn surfaces_of_map(map: &OccupancyMap) -> Result<Vec<Segment>, BuildingError
     Ok(in_cells.into_iter().map(placed).collect())
 }
 
-/// The outlines of what is occupied in a map, in the map's frame, with what is free on the left of
-/// the way round: what stands in the way of a robot that drives in it.
+/// The outlines of the occupied cells of a map, in the map's frame, with free space on the left as
+/// they are followed: what stands in the way of a robot that drives in it.
 ///
 /// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`].
 pub fn walls_of_map(map: &OccupancyMap) -> Result<Vec<Vec<Point2<f64>>>, BuildingError> {

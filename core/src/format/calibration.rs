@@ -7,11 +7,11 @@
 //! # Ok::<(), slamlab_core::format::calibration::CalibrationFileError>(())
 //! ```
 //!
-//! Fields are parted by commas, semicolons, tabs or blanks; `#` begins a comment. A first line of
-//! words names the columns: the first `range_m` (also without a header), `range_cm` or `range_mm`,
-//! the second `volts`, `millivolts` or `adc`: counts of the RP6's converter. Whether the pairs make
-//! sense is judged by [`crate::robot::Characteristic::fit`]; [`fit`] says the line of one that does
-//! not.
+//! Fields are separated by commas, semicolons, tabs or blanks; `#` begins a comment. A header line
+//! names the columns: the first is `range_m` (the default without a header), `range_cm` or
+//! `range_mm`, the second `volts`, `millivolts` or `adc` (counts of the RP6's converter). Whether
+//! the pairs make sense is judged by [`crate::robot::Characteristic::fit`]; [`fit`] names the line
+//! of a pair that does not.
 
 use super::FieldError;
 use super::field_error::number;
@@ -24,16 +24,16 @@ const MOST_PAIRS: usize = 10_000;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CalibrationFileError {
-    /// Bytes that are no text.
+    /// Bytes that are not text.
     #[error("calibration: byte {at} is not UTF-8 text")]
     Text {
         /// Number of the byte, from 0.
         at: usize,
     },
-    /// A number that is none, columns of other names, or a line without exactly two fields.
+    /// A field that is not a number, columns of other names, or a line without exactly two fields.
     #[error("calibration, {0}")]
     Field(#[from] FieldError),
-    /// A pair that cannot be one, or that does not fit the one before.
+    /// An invalid pair, or one that contradicts the one before.
     #[error("calibration, line {line}: {source}")]
     Pair {
         /// Line, from 1.
@@ -41,10 +41,10 @@ pub enum CalibrationFileError {
         /// What is wrong with it.
         source: CharacteristicError,
     },
-    /// Pairs that settle no characteristic.
+    /// Pairs that do not determine a characteristic.
     #[error(transparent)]
     Characteristic(CharacteristicError),
-    /// Absurdly many pairs.
+    /// Too many pairs.
     #[error("calibration, line {line}: more than {MOST_PAIRS} pairs")]
     TooMany {
         /// Line, from 1.
@@ -62,7 +62,7 @@ pub fn read(bytes: &[u8]) -> Result<Vec<CalibrationPair>, CalibrationFileError> 
 
 /// Reads pairs and fits a characteristic to them.
 ///
-/// # Errors    [`CalibrationFileError`], with the line where one is at fault.
+/// # Errors    [`CalibrationFileError`], with the line if a single line is at fault.
 pub fn fit(
     bytes: &[u8],
     variable: Variable,
@@ -125,9 +125,9 @@ pub(super) fn fields(line: &str) -> Vec<&str> {
 /// What the columns hold.
 #[derive(Clone, Copy)]
 struct Columns {
-    /// Metres of one unit of the first.
+    /// Metres per unit of the first column.
     metres: f64,
-    /// Name of the second.
+    /// Name of the second column.
     second: &'static str,
 }
 
@@ -160,12 +160,12 @@ impl Columns {
         Ok(Self { metres, second })
     }
 
-    /// Volts of a number of the second column.
+    /// Volts for a value of the second column.
     fn volts(&self, number: f64) -> f64 {
         match self.second {
             "millivolts" => 1e-3 * number,
-            // The middle of the volts that give this count, as `Adc::volts`; here a mean of several
-            // counts has a fraction.
+            // The middle of the voltages that give this count, as in `Adc::volts`; here a mean of
+            // several counts may have a fraction.
             "adc" => (number + 0.5) * Adc::rp6().step(),
             _ => number,
         }

@@ -1,23 +1,23 @@
 //! CARMEN logs (`.log`, `.clf`): recorded laser scans with the odometry at which they were taken.
 //!
-//! In: bytes, in chunks of any size. Out: a [`CarmenLog`], scans in the order in which they
+//! In: bytes, in chunks of any size. Out: a [`CarmenLog`], its scans in the order in which they
 //! were taken. And back: scans with their odometry become a log ([`CarmenLog::push`]), and a log
-//! text ([`CarmenLog::write`]).
+//! becomes text ([`CarmenLog::write`]).
 //!
 //! 1. Lines are cut from the chunks as they come; only an unfinished line and the numbers
 //!    themselves are kept, so a large log is never held as text.
 //! 2. `FLASER`, `RLASER` and `ROBOTLASER1` become scans, `PARAM` is kept, `ODOM` is counted (every
 //!    laser message carries the odometry of its own moment, interpolated by the recorder), other
 //!    messages are skipped.
-//! 3. Structure is strict: the number of fields must be that announced and every field a number.
-//!    Spaces, tabs, line ends, empty lines and comments are free. A range that is NaN, infinite or
-//!    negative measured nothing, a message whose pose or time is none is left out; both are told
-//!    ([`CarmenLog::left_out`]).
+//! 3. Structure is strict: the number of fields must match the one announced, and every field must
+//!    be a number. Spaces, tabs, line ends, empty lines and comments are free. A range that is NaN,
+//!    infinite or negative counts as not measured, and a message without a valid pose or time is
+//!    left out; both are reported ([`CarmenLog::left_out`]).
 //! 4. At the end the scans are put in the order in which they were taken (`order`), and the reading
-//!    that stands for "nothing came back" is found (see [`CarmenLog::no_return_from`]).
+//!    that means "nothing came back" is determined (see [`CarmenLog::no_return_from`]).
 //!
-//! What the format has no field for, the duration of a sweep, stands in a `PARAM` line of our own,
-//! which other programs pass over.
+//! The format has no field for the duration of a sweep. It stands in a `PARAM` line of our own,
+//! which other programs ignore.
 //!
 //! Source: CARMEN, Carnegie Mellon robot navigation toolkit, log format (the comment lines at the
 //! head of each log). `FLASER n r_1 … r_n x y θ odom_x odom_y odom_θ ipc_timestamp host
@@ -54,7 +54,7 @@ pub enum Laser {
     Robot1,
 }
 
-/// Directions of a scan's beams: beam i looks to `first + i * step`, rad, in the frame of the
+/// Directions of a scan's beams: beam i points to `first + i * step`, rad, in the frame of the
 /// laser.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BeamFan {
@@ -65,8 +65,7 @@ pub struct BeamFan {
 }
 
 impl BeamFan {
-    /// The fan of `FLASER` and `RLASER`, which do not say it: a half circle, from the right to the
-    /// left.
+    /// The fan of `FLASER` and `RLASER`, which do not state it: a half circle, from right to left.
     ///
     /// An even number of beams leaves out the last direction (180 beams: -90° to 89° in steps of
     /// 1°; 360: in steps of 0.5°); an odd number has both ends (181: -90° to 90°).
@@ -85,7 +84,7 @@ impl BeamFan {
 pub struct CarmenScan {
     /// `ipc_timestamp`, s, as it stands in the log.
     pub ipc_seconds: f64,
-    /// When it was taken, s: the stamp, mended where stamps run backwards.
+    /// When it was taken, s: the stamp, corrected where stamps run backwards.
     pub seconds: f64,
     /// Pose of the robot in the frame of the odometry.
     pub odom_from_robot: Pose2,
@@ -95,7 +94,7 @@ pub struct CarmenScan {
     pub fan: BeamFan,
     /// Range at which the message itself says that the laser ends, m; infinite where it does not.
     pub max_range: f32,
-    /// Duration from the first beam to the last, s; negative where the last was taken first, and 0
+    /// Duration from the first beam to the last, s; negative where the last beam was taken first, 0
     /// where all were taken at once or the log does not say.
     pub sweep: f64,
     start: usize,
@@ -111,8 +110,8 @@ pub struct CarmenLog {
     pub scans: Vec<CarmenScan>,
     /// `PARAM` lines: name and value.
     pub params: Vec<(String, String)>,
-    /// Readings from here on say that nothing came back, m: 80, or the log's largest reading where
-    /// that is repeated so often that it must be a code.
+    /// Readings from here on mean that nothing came back, m: 80, or the log's largest reading if it
+    /// is repeated so often that it must be a code.
     pub no_return_from: f32,
     /// What the reader left out.
     pub left_out: LeftOut,
@@ -129,7 +128,7 @@ impl CarmenLog {
         reader.finish()
     }
 
-    /// Whether anything was ever measured.
+    /// Whether any range was measured.
     pub(crate) fn has_ranges(&self) -> bool {
         self.readings.iter().any(|range| *range > 0.0)
     }
@@ -164,8 +163,8 @@ impl CarmenLog {
         Stamp::from_seconds(scan.seconds - start)
     }
 
-    /// A scan as the rest of core takes it: beams in the order in which they were taken, no-returns
-    /// infinite, readings of 0 invalid, σ 1 cm as the SICK's.
+    /// A scan in the form that the rest of the core takes: beams in the order in which they were
+    /// taken, no-returns infinite, readings of 0 invalid, σ 1 cm as for the SICK.
     #[must_use]
     pub fn scan(&self, scan: &CarmenScan) -> Scan {
         let no_return = self.no_return_from.min(scan.max_range);

@@ -1,9 +1,9 @@
-//! How readers of text files name what they cannot read.
+//! How readers of text files report what they cannot read.
 
 use std::fmt::Display;
 use std::str::FromStr;
 
-/// A part of a text file that is not what it should be.
+/// A part of a text file that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {field} is `{found}`, expected {expected}")]
 pub struct FieldError {
@@ -11,9 +11,9 @@ pub struct FieldError {
     pub line: usize,
     /// Which part of the line.
     pub field: String,
-    /// What stands there, shortened.
+    /// What was found, shortened.
     pub found: String,
-    /// What may stand there.
+    /// What was expected.
     pub expected: String,
 }
 
@@ -32,13 +32,13 @@ impl FieldError {
         }
     }
 
-    /// A line with another number of fields than it needs.
+    /// A line with the wrong number of fields.
     pub(super) fn count(line: usize, found: usize, expected: impl Display) -> Self {
         Self::new(line, "the number of fields", &found.to_string(), expected)
     }
 }
 
-/// What a word says, if it fits.
+/// The value of a word, if it fits.
 pub(super) fn read<T: FromStr>(
     line: usize,
     field: impl Display,
@@ -50,14 +50,14 @@ pub(super) fn read<T: FromStr>(
     value.ok_or_else(|| FieldError::new(line, field, word, expected))
 }
 
-/// The finite number that a word says.
+/// The finite number in a word.
 pub(super) fn number(line: usize, field: impl Display, word: &str) -> Result<f64, FieldError> {
     read(line, field, word, "a finite number", |n: &f64| {
         n.is_finite()
     })
 }
 
-/// The beginning of a word, as much as an error repeats; what a terminal would obey is escaped.
+/// The beginning of a word, as much as an error repeats; control characters are escaped.
 pub(super) fn short(word: &str) -> String {
     let mut text = String::new();
     for letter in word.chars().take(24) {

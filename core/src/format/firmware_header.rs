@@ -1,9 +1,9 @@
-//! The figures of a robot as a C header, so that its firmware has the very numbers of the model.
+//! The figures of a robot as a C header, which gives its firmware exactly the numbers of the model.
 //!
 //! In: a [`RobotModel`]. Out: `gains.h`: the geometry, the limits, and the controller's gains in
 //! integers.
 //!
-//! Units of the firmware: counts and periods; `Q16` in a name means 16 bits behind the point.
+//! Units of the firmware: counts and periods; `Q16` in a name means 16 fractional bits.
 
 use std::fmt::Write as _;
 
@@ -16,14 +16,14 @@ use crate::robot::controller::{DesignError, Gains};
 /// Period of the firmware's controller, ms.
 pub const PERIOD_MILLIS: u32 = 10;
 
-/// Why there is no header for a robot.
+/// Why no header can be written for a robot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum HeaderError {
-    /// No controller.
+    /// The controller cannot be designed.
     #[error(transparent)]
     Design(#[from] DesignError),
-    /// A gain that 16 bits do not hold.
+    /// A gain that does not fit in 16 bits.
     #[error(transparent)]
     Fixed(#[from] FixedError),
 }

@@ -1,8 +1,9 @@
-//! The vector map as files that other programs open: SVG to look at and print, DXF for drawing,
+//! The vector map as files that other programs open: SVG to view and print, DXF for CAD programs,
 //! GeoJSON for everything else. Each wall comes with its length in metres.
 //!
 //! In: walls of a [`crate::map::VectorMap`]. Out: the text of a file. All coordinates are those of
-//! the map, m, x forward and y left of where the robot began; the picture alone turns y down.
+//! the map, m, with the origin where the robot began, x forward and y left; only the SVG turns y
+//! down.
 //!
 //! Sources: W3C, Scalable Vector Graphics 1.1; Autodesk, DXF Reference, release 12; RFC 7946, "The
 //! GeoJSON Format".
@@ -28,10 +29,10 @@ use crate::map::Wall;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FloorPlanError {
-    /// There are none.
+    /// There are no walls.
     #[error("the vector map is empty; expected at least one wall")]
     Empty,
-    /// One has a coordinate that is no number.
+    /// A wall has a coordinate that is not finite.
     #[error("wall {id} has a coordinate that is not finite")]
     NotFinite {
         /// Its name.
@@ -39,7 +40,7 @@ pub enum FloorPlanError {
     },
 }
 
-/// Lower left and upper right corner of what holds all walls.
+/// Lower left and upper right corner of the bounding box of all walls.
 fn bounds(walls: &[Wall]) -> Result<(Point2<f64>, Point2<f64>), FloorPlanError> {
     let is_finite = |end: &Point2<f64>| end.x.is_finite() && end.y.is_finite();
     if let Some(wall) = walls.iter().find(|wall| !ends(wall).iter().all(is_finite)) {
@@ -52,8 +53,8 @@ fn ends(wall: &Wall) -> [Point2<f64>; 2] {
     [wall.segment.a, wall.segment.b]
 }
 
-/// Where a length is written: its middle beside the wall, on the side that the wall was seen from,
-/// and the direction of the text, rad, so that nobody reads it upside down.
+/// Where a length is written: beside the middle of the wall, on the side that the wall was seen
+/// from; and the direction of the text, rad, chosen so it is never upside down.
 struct Label {
     at: Point2<f64>,
     direction: f64,
@@ -61,7 +62,7 @@ struct Label {
 }
 
 impl Label {
-    /// `None` for a wall that is too short for its own length.
+    /// `None` for a wall that is shorter than the text.
     fn of(wall: &Wall, height: f64) -> Option<Self> {
         let Segment { a, b } = wall.segment;
         let along = b - a;

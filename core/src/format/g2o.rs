@@ -1,4 +1,4 @@
-//! g2o text files: pose graphs, as the tools of the field exchange them.
+//! g2o text files: pose graphs, in the form that SLAM tools exchange.
 //!
 //! In: bytes. Out: a [`G2oGraph`], and back: text.
 //!
@@ -8,10 +8,10 @@
 //! EDGE_SE2 from to x y θ i11 i12 i13 i22 i23 i33
 //! ```
 //!
-//! An edge is the motion from one vertex to another, with the upper triangle of the information of
-//! its error, in the frame of the measured end. `#` starts a comment. Other tags (landmarks, poses
-//! in space, parameters) are left out and counted. Numbers are written as short as they can be
-//! to be read again to the bit.
+//! An edge is the motion from one vertex to another, with the upper triangle of its information
+//! matrix, in the frame of the vertex it leads to. `#` starts a comment. Other tags (landmarks, 3D
+//! poses, parameters) are left out and counted. Numbers are written as short as possible without
+//! losing a bit when read again.
 //!
 //! Source: Kümmerle et al. (2011), "g2o: a general framework for graph optimization"; the file
 //! format of its types `slam2d`.
@@ -29,12 +29,12 @@ use super::field_error::{number, read, short};
 
 pub use self::solve::Solved;
 
-/// A pose graph as a file says it.
+/// A pose graph as stored in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct G2oGraph {
     /// In the order of the file.
     pub vertices: Vec<G2oVertex>,
-    /// In the order of the file; each joins two vertices of it.
+    /// In the order of the file; each joins two of the vertices.
     pub edges: Vec<G2oEdge>,
     /// Vertices that stay where they are.
     pub fixed: BTreeSet<u64>,
@@ -60,18 +60,18 @@ pub struct G2oEdge {
     pub to: u64,
     /// (x, y, θ) of `to` in the frame of `from`, m and rad.
     pub motion: Vector3<f64>,
-    /// Of the error, in the frame of the measured `to`; symmetric.
+    /// Information matrix of the error, in the frame of the measured `to`; symmetric.
     pub information: Matrix3<f64>,
 }
 
-/// Why bytes are no pose graph.
+/// Why bytes are not a pose graph.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum G2oError {
-    /// A line that is none.
+    /// A line that cannot be read.
     #[error(transparent)]
     Line(#[from] FieldError),
-    /// Two vertices of one name.
+    /// Two vertices with the same name.
     #[error("line {line}: there is a vertex {id} already")]
     Twice {
         /// Line, from 1.
@@ -87,7 +87,7 @@ pub enum G2oError {
         /// Name of the vertex.
         id: u64,
     },
-    /// An edge, or `FIX`, of a vertex that the file does not have.
+    /// An edge, or `FIX`, names a vertex that the file does not have.
     #[error("line {line}: there is no vertex {id} in the file")]
     NoVertex {
         /// Line, from 1.
@@ -95,13 +95,13 @@ pub enum G2oError {
         /// Name of the vertex.
         id: u64,
     },
-    /// More than one vertex is fixed, which a [`crate::estimation::PoseGraph`] cannot be told.
+    /// More than one vertex is fixed, which a [`crate::estimation::PoseGraph`] does not support.
     #[error("{0} vertices are fixed; at most one can be")]
     ManyFixed(usize),
     /// No vertex at all.
     #[error("no VERTEX_SE2 in the file{}", others(left_out))]
     Empty {
-        /// Lines of other tags.
+        /// Lines with other tags.
         left_out: BTreeMap<String, usize>,
     },
 }
@@ -175,7 +175,7 @@ pub fn parse(bytes: &[u8]) -> Result<G2oGraph, G2oError> {
     Ok(graph)
 }
 
-/// Writes a pose graph: vertices, then what is fixed, then edges. What was left out stays out.
+/// Writes a pose graph: vertices, fixed vertices, edges. Lines that were left out are not written.
 #[must_use]
 pub fn write(graph: &G2oGraph) -> String {
     let mut text = String::new();

@@ -1,14 +1,15 @@
-//! Files of other kinds, known by their first bytes, so that a person who opened the wrong one is
-//! told which it was.
+//! Files of other kinds, recognised by their first bytes: a person who opened the wrong file is
+//! told what it is.
 //!
-//! In: the first bytes of a file. Out: what it is, in words, and where there is a way, what to do.
+//! In: the first bytes of a file. Out: what it is, in words, and what can be done with it, if
+//! anything.
 //!
 //! Sources: the formats' own specifications; the list of file signatures of `file` (libmagic).
 
-/// Bytes that are enough to know each kind.
+/// Bytes that are enough to recognise each kind.
 pub const ENOUGH: usize = 512;
 
-/// A file that is known, and not read.
+/// A file that is recognised, but not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KnownFile {
     /// What it is: `a JPEG picture`.
@@ -17,7 +18,7 @@ pub struct KnownFile {
     pub advice: &'static str,
 }
 
-/// Place of the signature, the signature, what it is, advice.
+/// Offset of the signature, the signature, what it is, advice.
 type Row = (usize, &'static [u8], &'static str, &'static str);
 
 const UNPACK: &str = "unpack it, and open what is in it";
@@ -111,7 +112,7 @@ const SIGNATURES: [Row; 43] = [
     ),
 ];
 
-/// Texts that are known by how they begin, behind blanks, in small letters.
+/// Texts that are recognised by how they begin, after blanks, in small letters.
 const TEXTS: [(&str, &str, &str); 9] = [
     (
         "<!doctype html",
@@ -144,7 +145,7 @@ const TEXTS: [(&str, &str, &str); 9] = [
     ("-----begin ", "a key or a certificate", ""),
 ];
 
-/// `None` of what is not known: it may be one of ours.
+/// `None` if the file is not recognised: it may be one of ours.
 #[must_use]
 pub fn known_file(begun: &[u8]) -> Option<KnownFile> {
     let has = |(at, sign, ..): &&Row| begun.get(*at..).is_some_and(|rest| rest.starts_with(sign));

@@ -1,33 +1,33 @@
-//! What a reader left out of a log that is otherwise good, so that a person is told.
+//! What a reader left out of a log that is otherwise good, to be reported to a person.
 //!
 //! 1. A range that is NaN, infinite or negative is a beam that measured nothing. It says neither
 //!    that something is there nor that the way is free: the scan has NaN in its place.
 //! 2. A line whose pose or time is NaN, infinite or absurdly large is left out as a whole.
-//! 3. A word that is no number, or another number of fields, still ends the reading: such a file is
-//!    another one than it says.
+//! 3. A word that is not a number, or a wrong number of fields, still ends the reading: such a file
+//!    is not what it claims to be.
 
 use super::FieldError;
 
 /// What a reader left out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LeftOut {
-    /// Ranges that are none.
+    /// Invalid ranges.
     pub ranges: Tally,
-    /// Lines without a pose or a time.
+    /// Lines without a valid pose or time.
     pub lines: Tally,
 }
 
-/// How often something was wrong, and what was the first time.
+/// How often something was wrong, and the first instance.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// How often.
     pub count: usize,
-    /// The first, with its line.
+    /// The first instance, with its line.
     pub first: Option<FieldError>,
 }
 
 impl LeftOut {
-    /// A sentence for each kind that there is.
+    /// One sentence for each kind that occurred.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let ranges = self.ranges.sentence(
@@ -43,13 +43,13 @@ impl LeftOut {
 }
 
 impl Tally {
-    /// Counts one more; `error` is asked for only where it is the first.
+    /// Counts one more; `error` is called only for the first.
     pub(super) fn add(&mut self, error: impl FnOnce() -> FieldError) {
         self.count += 1;
         self.first.get_or_insert_with(error);
     }
 
-    /// Counts those, too, which stand behind these in the file.
+    /// Adds those of a later part of the file.
     pub(super) fn append(&mut self, others: Self) {
         self.count += others.count;
         self.first = self.first.take().or(others.first);
@@ -64,7 +64,7 @@ impl Tally {
     }
 }
 
-/// Whether a word is a number that no range can be: NaN, infinite or below zero.
+/// Whether a word is a number that cannot be a range: NaN, infinite or negative.
 pub(super) fn is_no_range(word: &str) -> bool {
     let number = word.parse::<f64>();
     number.is_ok_and(|range| !range.is_finite() || range < 0.0)

@@ -1,7 +1,7 @@
-//! Maps that are laid on another: submaps (`.smap`) and saved maps (`.slamlab`), by their first
-//! bytes, as points.
+//! Maps that are laid on another map: submaps (`.smap`) and saved maps (`.slamlab`), recognised by
+//! their first bytes, as points.
 //!
-//! In: bytes. Out: [`MapPoints`] and of how many submaps they are.
+//! In: bytes. Out: [`MapPoints`], and how many submaps they come from.
 
 use super::known_file::known_file;
 use super::slamlab::{self, SlamlabError};
@@ -11,31 +11,31 @@ use crate::estimation::{MapPoints, RestoreError, ScanMatcherConfig};
 /// A map that was read.
 #[derive(Clone, Debug)]
 pub struct LoadedMap {
-    /// Its walls, its way and its landmarks.
+    /// Its walls, the robot's path and its landmarks.
     pub points: MapPoints,
-    /// Submaps that it is made of.
+    /// Number of submaps that it is made of.
     pub submaps: usize,
 }
 
-/// Why a file is no such map.
+/// Why a file is not such a map.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadedMapError {
-    /// Neither of the two.
+    /// Neither of the two kinds.
     #[error(
         "this is {what}, and no map: a map is a submap (.smap), which begins with `#points`, or a saved map (.slamlab)"
     )]
     Foreign {
-        /// What it is, as far as that is known.
+        /// What it is, if it is recognised.
         what: &'static str,
     },
-    /// No submap.
+    /// An invalid submap.
     #[error(transparent)]
     Smap(#[from] SmapError),
-    /// No saved map.
+    /// An invalid saved map.
     #[error(transparent)]
     Slamlab(#[from] SlamlabError),
-    /// A saved map that means nothing.
+    /// A saved map with inconsistent content.
     #[error(transparent)]
     Restore(#[from] RestoreError),
 }
@@ -62,7 +62,7 @@ pub fn read(file: &[u8]) -> Result<LoadedMap, LoadedMapError> {
     })
 }
 
-/// What a file is that is no submap; `None` of one that may be.
+/// What a file is that cannot be a submap; `None` if it may be one.
 fn foreign(file: &[u8]) -> Option<&'static str> {
     if let Some(known) = known_file(file) {
         return Some(known.what);

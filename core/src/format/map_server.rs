@@ -1,12 +1,12 @@
-//! ROS map_server: an occupancy grid as an image (PGM or PNG) and a YAML file that says where it
-//! lies.
+//! ROS map_server: an occupancy grid as an image (PGM or PNG) and a YAML file that says where the
+//! image lies.
 //!
 //! In: a [`Grid`], or the bytes of both files. Out: both files, or an [`OccupancyMap`].
 //!
-//! 1. A map is what ROS calls `nav_msgs/OccupancyGrid`: a percentage for each cell, or nothing
-//!    known ([`OccupancyMap`]).
-//! 2. The YAML names the image, by a path relative to itself, and says scale, place and meaning of
-//!    its greys ([`MapInfo`]).
+//! 1. A map is what ROS calls `nav_msgs/OccupancyGrid`: each cell is a percentage or unknown
+//!    ([`OccupancyMap`]).
+//! 2. The YAML names the image, by a path relative to itself, and gives its scale, its position and
+//!    the meaning of its greys ([`MapInfo`]).
 //! 3. Rows of the image run from the top of the map (largest y) down. Dark is occupied, unless
 //!    `negate` is set.
 //! 4. What a grey means depends on the mode:
@@ -18,10 +18,10 @@
 //! | `raw` | the percentage itself, 255 where unknown | the percentage itself; above 100 is unknown |
 //!
 //! Source: ROS 2 Navigation, `nav2_map_server`, `map_io.cpp` (functions `loadMapFromFile` and
-//! `tryWriteMapToFile`), whose behaviour this follows; ROS `map_server` documentation. We differ in
-//! three things: `scale` is written with thresholds of 0 and 1, so that what is read back is what
-//! was written; `scale` as PGM, which has no transparency, is refused; and sizes are refused before
-//! memory is taken.
+//! `tryWriteMapToFile`), whose behaviour this follows; ROS `map_server` documentation. There are
+//! three differences: `scale` is written with thresholds of 0 and 1, so what is read back equals
+//! what was written; `scale` as PGM, which has no transparency, is refused; and sizes are checked
+//! before memory is allocated.
 
 mod error;
 mod pgm;
@@ -50,9 +50,9 @@ pub const OCCUPIED: u8 = 0;
 pub const UNKNOWN: u8 = 205;
 /// Grey of a free cell in mode `trinary`.
 pub const FREE: u8 = 254;
-/// What stands for a cell of which nothing is known in [`OccupancyMap::cells`].
+/// The value of an unknown cell in [`OccupancyMap::cells`].
 pub const NOTHING_KNOWN: i8 = -1;
-/// More cells than this are no map: a square kilometre in cells of 10 cm.
+/// Maps with more cells than this are refused: a square kilometre in cells of 10 cm.
 pub const MOST_CELLS: usize = super::MOST_CELLS;
 
 /// What the greys of the image mean.
@@ -94,27 +94,28 @@ impl FromStr for MapMode {
 /// The YAML file of a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapInfo {
-    /// Path of the image; a relative one counts from the folder of the YAML file.
+    /// Path of the image; a relative one starts at the folder of the YAML file.
     pub image: String,
     /// What its greys mean.
     pub mode: MapMode,
     /// Side of a cell, m.
     pub resolution: f64,
-    /// `map_from_image`: the lower left corner of the lower left cell, and the turn of the rows.
+    /// `map_from_image`: the lower left corner of the lower left cell, and the direction of the
+    /// rows.
     pub origin: Pose2,
-    /// Whether light is occupied and dark is free. Mode `raw` takes no notice of it.
+    /// Whether light is occupied and dark is free. Mode `raw` ignores it.
     pub negate: bool,
-    /// Cells are occupied where their probability is more than this.
+    /// Cells with a higher probability are occupied.
     pub occupied_thresh: f64,
-    /// Cells are free where their probability is less than this.
+    /// Cells with a lower probability are free.
     pub free_thresh: f64,
 }
 
 impl MapInfo {
     /// Reads the YAML file.
     ///
-    /// # Errors    [`MapInfoError`], with the line: no YAML, a key that is missing, stands twice or
-    /// has a value that cannot be.
+    /// # Errors    [`MapInfoError`], with the line: not YAML, a key that is missing or appears
+    /// twice, or an invalid value.
     pub fn parse(yaml: &[u8]) -> Result<Self, MapInfoError> {
         yaml::parse(yaml)
     }
@@ -126,7 +127,7 @@ impl MapInfo {
     }
 }
 
-/// A map as ROS knows it: `nav_msgs/OccupancyGrid`.
+/// A map as in ROS: `nav_msgs/OccupancyGrid`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OccupancyMap {
     /// Cells in a row.
@@ -135,18 +136,19 @@ pub struct OccupancyMap {
     pub height: usize,
     /// Side of a cell, m.
     pub resolution: f64,
-    /// The lower left corner of the lower left cell in the map frame, and the turn of the rows.
+    /// The lower left corner of the lower left cell in the map frame, and the direction of the
+    /// rows.
     pub origin: Pose2,
-    /// Percentage of being occupied, 0 to 100, or [`NOTHING_KNOWN`]; row by row, the lowest first.
+    /// Percentage of being occupied, 0 to 100, or [`NOTHING_KNOWN`]; row by row from the bottom.
     pub cells: Vec<i8>,
 }
 
 impl OccupancyMap {
-    /// The known part of a grid. In mode [`MapMode::Trinary`] each cell is what the grid believes
-    /// of it: 0, 100 or nothing known; otherwise it is the probability.
+    /// The known part of a grid. In mode [`MapMode::Trinary`] each cell is 0, 100 or unknown, as
+    /// the grid believes; otherwise it is the probability.
     ///
-    /// # Errors    [`MapServerError`]: a grid without a known cell, or whose known cells lie too
-    /// far apart.
+    /// # Errors    [`MapServerError`]: a grid without known cells, or whose known cells lie too far
+    /// apart.
     pub fn of_grid(grid: &Grid, mode: MapMode) -> Result<Self, MapServerError> {
         let rect = known_rect(grid, |odds| match mode {
             MapMode::Trinary => grid.state_of(odds) != CellState::Unknown,
@@ -166,7 +168,7 @@ impl OccupancyMap {
         })
     }
 
-    /// The middles of the cells that are more likely occupied than not, map frame.
+    /// The centres of the cells that are more likely occupied than not, map frame.
     #[must_use]
     pub fn occupied(&self) -> Vec<Point2<f64>> {
         let middle = |at: usize| {

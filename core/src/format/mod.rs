@@ -1,4 +1,4 @@
-//! Readers and writers of files, over byte slices: opening and saving them is the caller's.
+//! Readers and writers of files, over byte slices. Opening and saving files is up to the caller.
 
 pub mod building;
 pub mod calibration;
@@ -33,12 +33,12 @@ pub use left_out::{LeftOut, Tally};
 pub use text_log::TextLogError;
 pub(crate) use text_log::is_empty_or_comment;
 
-/// More cells than this are no map: a square kilometre in cells of 10 cm.
+/// Maps with more cells than this are refused: a square kilometre in cells of 10 cm.
 const MOST_CELLS: usize = 100_000_000;
 
-/// Recorded data for tests: a file under the data folder beside the repository, or under
-/// `SLAMLAB_DATA` where that is set. `None` where it is absent, noted for `cargo xtask test` in the
-/// file that `SLAMLAB_SKIPPED` names.
+/// Recorded data for tests: a file in the data folder beside the repository, or in `SLAMLAB_DATA`
+/// if that is set. `None` if it is absent; this is then noted for `cargo xtask test` in the file
+/// that `SLAMLAB_SKIPPED` names.
 #[cfg(test)]
 #[expect(
     clippy::disallowed_methods,

@@ -1,10 +1,11 @@
-//! `OGmap.txt`: an occupancy grid as text, what Celej's programs hand to each other.
+//! `OGmap.txt`: an occupancy grid as text, the file that Celej's programs exchange.
 //!
 //! In: a [`Grid`]. Out: a line `width height resolution origin_x origin_y` (cells, m), then a line
-//! for each row of cells, the lowest first, with the probability of an obstacle in each cell from
-//! left to right; 0.5 where nothing is known. And back.
+//! for each row of cells from the bottom, with the probability of an obstacle in each cell from
+//! left to right; 0.5 where unknown. And back.
 //!
-//! Source: Celej §4 names the file and leaves its layout open; this one is the specification's.
+//! Source: Celej §4 names the file but not its layout; this layout is from the project's
+//! specification.
 
 #[cfg(test)]
 mod tests;
@@ -30,12 +31,12 @@ pub struct OgMap {
     pub resolution: f64,
     /// Lower left corner of the first cell, map frame, m.
     pub origin: Point2<f64>,
-    /// Probability of an obstacle in each cell, row by row, the lowest first.
+    /// Probability of an obstacle in each cell, row by row from the bottom.
     pub probabilities: Vec<f64>,
 }
 
 impl From<OgMap> for OccupancyMap {
-    /// Percentages instead of probabilities; one half is where nothing is known.
+    /// Converts to percentages; one half becomes unknown.
     fn from(map: OgMap) -> Self {
         let percentage = |p: f64| match p {
             0.5 => NOTHING_KNOWN,
@@ -51,7 +52,7 @@ impl From<OgMap> for OccupancyMap {
     }
 }
 
-/// The rectangle of all that is known of a grid.
+/// The rectangle of all known cells of a grid.
 ///
 /// # Errors    [`MapServerError::Empty`], [`MapServerError::TooLarge`].
 pub fn of_grid(grid: &Grid) -> Result<OgMap, MapServerError> {
@@ -66,7 +67,7 @@ pub fn of_grid(grid: &Grid) -> Result<OgMap, MapServerError> {
     })
 }
 
-/// The text of the file: four digits of a probability.
+/// The text of the file: probabilities with four digits.
 #[must_use]
 pub fn write(map: &OgMap) -> String {
     let (width, Point2 { coords: at }) = (map.width, map.origin);
@@ -84,10 +85,10 @@ pub fn write(map: &OgMap) -> String {
     text
 }
 
-/// Reads such a file; spaces and line ends may be any, empty lines are skipped.
+/// Reads such a file; any spaces and line ends are accepted, empty lines are skipped.
 ///
-/// # Errors    [`FieldError`]: a number that cannot be, or a line or a file with another number of
-/// them than the first line says; sizes are checked before memory is taken.
+/// # Errors    [`FieldError`]: an invalid number, or a line or a file with a different number of
+/// them than the first line says; sizes are checked before memory is allocated.
 pub fn parse(bytes: &[u8]) -> Result<OgMap, FieldError> {
     let text = String::from_utf8_lossy(bytes);
     let lines = (1..).zip(text.lines());

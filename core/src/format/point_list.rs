@@ -1,4 +1,4 @@
-//! Points as a list: a line of x and y for each, m, as a spreadsheet writes them.
+//! Lists of points: a line of x and y for each, m, as a spreadsheet writes them.
 //!
 //! ```
 //! let text = "x,y\n# a wall\n1.0,2\n1.1;2.0\n";
@@ -7,7 +7,7 @@
 //! # Ok::<(), slamlab_core::format::point_list::PointListError>(())
 //! ```
 //!
-//! Fields are parted by commas, semicolons, tabs or blanks; `#` begins a comment. A first line
+//! Fields are separated by commas, semicolons, tabs or blanks; `#` begins a comment. A first line
 //! `x y` names the columns.
 
 use nalgebra::Point2;
@@ -21,19 +21,19 @@ use crate::registration::Cloud;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PointListError {
-    /// Bytes that are no text.
+    /// Bytes that are not text.
     #[error("list of points: byte {at} is not UTF-8 text")]
     Text {
         /// Number of the byte, from 0.
         at: usize,
     },
-    /// A number that is none, or a line without exactly two fields.
+    /// A field that is not a number, or a line without exactly two fields.
     #[error("list of points, {0}")]
     Field(#[from] FieldError),
     /// Nothing but comments.
     #[error("list of points: no line has a point, expected x and y in each")]
     Empty,
-    /// More than a cloud may have.
+    /// More points than a cloud may have.
     #[error("list of points, line {line}: more than {most} points", most = Cloud::MOST_POINTS)]
     TooMany {
         /// Line, from 1.

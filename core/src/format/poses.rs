@@ -2,25 +2,25 @@
 //!
 //! In: bytes. Out: [`PosesFile`]: stamped poses in the order of time, m and rad.
 //!
-//! 1. The first line that says something decides. Eight numbers are a line of TUM, `seconds x y z
-//!    qx qy qz qw`. Names are a header; it may stand in a comment (`# time, x, y, yaw`).
+//! 1. The first line with content decides. Eight numbers are a line of TUM,
+//!    `seconds x y z qx qy qz qw`. Names are a header, which may stand in a comment
+//!    (`# time, x, y, yaw`).
 //! 2. Columns are known by their names, in any order: a time, `x`, `y`, and either a heading or a
-//!    quaternion. Others are passed over. Fields are apart by tabs, semicolons, commas or blanks,
-//!    whichever the header has; a comma in a number is a decimal point where it is not what parts
-//!    the fields.
+//!    quaternion. Others are ignored. Fields are separated by tabs, semicolons, commas or blanks,
+//!    whichever the header uses; where the comma is not the separator, it is a decimal point.
 //! 3. A unit is the end of a name: `time_ms`, `x [mm]`, `yaw (deg)`. Without one, times are
 //!    seconds, lengths metres and angles radians.
 //! 4. Heights, roll and pitch are dropped: the heading is where the robot's x axis points, seen
 //!    from above.
 //!
-//! Times must not run backwards. Of several poses at one time the first counts, and how many were
-//! left out is told.
+//! Times must not run backwards. Of several poses at one time the first counts; how many were left
+//! out is reported.
 
 use super::FieldError;
 use super::field_error::{read, short};
 use crate::geom::Pose2;
 
-/// The names of a line without a header, those of TUM.
+/// The columns of a file without a header: those of TUM.
 const TUM: [Role; 8] = [
     Role::Time(1.0),
     Role::X(1.0),
@@ -33,30 +33,31 @@ const TUM: [Role; 8] = [
 ];
 const HEADER: &str = "a header that names a time, x, y and a heading (time,x,y,theta) or a quaternion \
     (qx,qy,qz,qw), or lines of 8 numbers (TUM: seconds x y z qx qy qz qw)";
-/// Coordinates, m, and angles, rad, beyond these are none: sums and squares of them stay finite.
+/// Coordinates, m, and angles, rad, beyond this are refused: sums and squares of them stay finite.
 const MOST: f64 = 1e9;
-/// Times beyond this are none, s: three thousand years. Nanoseconds without their unit are beyond.
+/// Times beyond this are refused, s: three thousand years. Nanoseconds taken for seconds are beyond
+/// it.
 const LATEST: f64 = 1e11;
-/// The length of a quaternion may be off by so much, for it is written with few digits.
+/// The norm of a quaternion may deviate from 1 by this much, because it is written with few digits.
 const ROUGH: f64 = 0.05;
 
 /// What a file of poses holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PosesFile {
-    /// Seconds as the file counts them, and the pose; times rise.
+    /// Seconds on the clock of the file, and the pose; times increase strictly.
     pub poses: Vec<(f64, Pose2)>,
-    /// Poses that were left out, for another one has the same time.
+    /// Poses that were left out because another one has the same time.
     pub repeated: usize,
 }
 
-/// Why a file is no file of poses.
+/// Why a file is not a file of poses.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PosesError {
-    /// A line, and what in it.
+    /// A field that cannot be read, with its line.
     #[error(transparent)]
     Field(#[from] FieldError),
-    /// No line says anything.
+    /// No line has content.
     #[error("no pose in {lines} lines; expected {HEADER}")]
     Empty {
         /// Number of lines read.
@@ -131,7 +132,7 @@ struct Table {
 }
 
 impl Table {
-    /// By the names of a header; `None` where these are not all that a pose needs.
+    /// From a header; `None` if its names do not include all that a pose needs.
     fn named_by(text: &str) -> Option<Self> {
         let separator = ['\t', ';', ','].into_iter().find(|c| text.contains(*c));
         let names = fields(text, separator);
@@ -148,7 +149,7 @@ impl Table {
         is_whole.then_some(Self { separator, columns })
     }
 
-    /// Of a first line that is no header: of eight numbers apart by blanks.
+    /// For a first line that is not a header: eight numbers separated by blanks.
     fn without_header(line: usize, text: &str) -> Result<Self, FieldError> {
         let words: Vec<&str> = text.split_ascii_whitespace().collect();
         let is_tum = words.len() == TUM.len() && words.iter().all(|w| w.parse::<f64>().is_ok());
@@ -177,7 +178,7 @@ impl Table {
         for (number, (word, (name, role))) in (1..).zip(fields.into_iter().zip(&self.columns)) {
             let field = format_args!("field {number} ({})", short(name));
             let value = |unit: f64, most: f64| self.number(line, &field, word, unit, most);
-            // Of two columns that say the same the first.
+            // Of two columns with the same meaning the first counts.
             let (to, value) = match *role {
                 Role::Time(unit) => (&mut seconds, value(unit, LATEST)?),
                 Role::X(unit) => (&mut x, value(unit, MOST)?),
@@ -264,7 +265,7 @@ fn role(name: &str) -> Role {
     }
 }
 
-/// A name apart from its unit: `x [mm]`, `x(mm)` or `x_mm`; the unit is empty where it has none.
+/// Splits a unit from a name: `x [mm]`, `x(mm)` or `x_mm`; the unit is empty if there is none.
 fn unit_of(name: &str) -> (&str, &str) {
     if let Some((base, unit)) = name.split_once(['[', '(']) {
         return (base.trim_end(), unit.trim_end_matches([']', ')']).trim());

@@ -1,4 +1,4 @@
-//! Preset files: settings by their keys, as JSON, with a name and what each is known to.
+//! Preset files: settings by their keys, as JSON, with a name and how well each value is known.
 //!
 //! ```
 //! let text = r#"{ "slamlab_preset": 1, "name": "my robot", "settings": { "odometry.left": 0.012 } }"#;
@@ -38,11 +38,11 @@ pub struct FittedLine {
     pub name: String,
     /// Its unit; empty for a pure number.
     pub unit: String,
-    /// What was found.
+    /// The fitted value.
     pub value: f64,
-    /// Its standard error, if it has one.
+    /// Its standard error, if known.
     pub sigma: Option<f64>,
-    /// Why it is not known; empty where it is.
+    /// Why it could not be determined; empty if it was.
     pub unknown: String,
 }
 
@@ -50,19 +50,19 @@ pub struct FittedLine {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PresetFileError {
-    /// Absurdly long.
+    /// The file is too long.
     #[error("preset file: {bytes} bytes, expected at most {LONGEST}")]
     TooLong {
         /// Length of the file.
         bytes: usize,
     },
-    /// Of another version.
+    /// The file has another version.
     #[error("preset file: version {found}, expected 1")]
     Version {
-        /// What stands there.
+        /// The version found.
         found: u32,
     },
-    /// No JSON, or other fields than expected.
+    /// Not valid JSON, or fields other than expected.
     #[error("preset file: {field}: {source}")]
     Json {
         /// Where.
@@ -118,8 +118,8 @@ pub fn read(bytes: &[u8]) -> Result<PresetFile, PresetFileError> {
     }
 }
 
-/// Writes a preset file; `fitted` tells people how well its numbers are known. Numbers that are not
-/// finite cannot stand in JSON: a setting like that is a fault of the caller and is left out.
+/// Writes a preset file; `fitted` tells people how well its numbers are known. JSON cannot hold
+/// numbers that are not finite: a setting like that is an error of the caller and is left out.
 #[must_use]
 pub fn write(preset: &PresetFile, fitted: &[FittedLine]) -> String {
     let settings = preset.settings.iter();
@@ -130,7 +130,7 @@ pub fn write(preset: &PresetFile, fitted: &[FittedLine]) -> String {
         settings: settings.filter(|(_, value)| value.is_finite()).collect(),
         fitted,
     };
-    // Strings and finite numbers always can be written.
+    // Strings and finite numbers can always be written.
     let mut text = serde_json::to_string_pretty(&json).unwrap_or_default();
     text.push('\n');
     text

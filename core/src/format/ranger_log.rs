@@ -1,16 +1,16 @@
-//! Logs of a robot with four rangers (CSV): its pose by odometry and what each ranger measured.
+//! Logs of a robot with four rangers (CSV): its pose by odometry and the range of each ranger.
 //!
 //! In: bytes, in chunks of any size. Out: a [`RangerLog`].
 //!
 //! The first line names the columns: `t_s`, `x_m`, `y_m`, `yaw_rad` and `range0` to `range3`, in
-//! any order; others, such as a ranger that looks up, are passed over. Each other line is a flash
-//! of the four, which look to the right, ahead, to the left and back. Units are seconds, metres and
-//! radians; a range that is empty, `nan`, 0 or below is none.
+//! any order; others, such as a ranger that looks up, are ignored. Each further line is one reading
+//! of all four rangers, which point right, ahead, left and back. Units are seconds, metres and
+//! radians; an empty range, `nan`, 0 and negative values mean "not measured".
 //!
-//! A range that is infinite is none either, and a line without a time or a pose is left out; both
-//! are told ([`RangerLog::left_out`]).
+//! An infinite range is not measured either, and a line without a time or a pose is left out; both
+//! are reported ([`RangerLog::left_out`]).
 //!
-//! The order of the rangers was checked on a recorded log, by how ranges change as the robot
+//! The order of the rangers was verified on a recorded log, by how ranges change as the robot
 //! drives.
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -21,18 +21,18 @@ use super::{FieldError, LeftOut, Tally};
 use crate::geom::Pose2;
 use crate::robot::{Scan, Stamp};
 
-/// Where the rangers look, rad: right, ahead, left, back.
+/// Directions of the rangers, rad: right, ahead, left, back.
 pub const BEARINGS: [f64; 4] = [-FRAC_PI_2, 0.0, FRAC_PI_2, PI];
 /// σ of a range, m: a VL53L1X in normal light.
 const SIGMA: f32 = 0.02;
-/// σ of a direction, rad: what answers lies anywhere in a cone 27° wide, half of it over √3.
+/// σ of a direction, rad: an echo may come from anywhere in a cone 27° wide; half of it over √3.
 const BEARING_SIGMA: f64 = 0.136;
 const COLUMNS: [&str; 8] = [
     "t_s", "x_m", "y_m", "yaw_rad", "range0", "range1", "range2", "range3",
 ];
 const EXPECTED: &str = "a log of four rangers, with the columns t_s, x_m, y_m, yaw_rad and range0 \
     to range3";
-/// Times, coordinates and angles beyond these are none: sums and squares of them stay finite.
+/// Times, coordinates and angles beyond this are refused: sums and squares of them stay finite.
 const MOST: f64 = 1e9;
 
 /// One line.
@@ -68,7 +68,7 @@ struct Table {
     log: RangerLog,
 }
 
-/// Where the columns stand, and how many there are.
+/// The positions of the columns, and how many there are.
 #[derive(Clone, Copy, Debug)]
 struct Header {
     places: [usize; COLUMNS.len()],
@@ -87,14 +87,14 @@ impl Default for RangerLogReader {
 impl RangerLogReader {
     /// Takes the next bytes.
     ///
-    /// # Errors   [`TextLogError`], with line and field; the reader is of no further use then.
+    /// # Errors   [`TextLogError`], with line and field; the reader cannot be used after one.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), TextLogError> {
         self.lines.push(bytes, &mut self.table)
     }
 
-    /// The log is all there.
+    /// Ends the log.
     ///
-    /// # Errors   [`TextLogError`]: a last line that is cut off, or none at all.
+    /// # Errors   [`TextLogError`]: a last line that is cut off, or no usable line.
     pub fn finish(mut self) -> Result<RangerLog, TextLogError> {
         self.lines.finish(&mut self.table)?;
         Ok(self.table.log)
@@ -115,7 +115,7 @@ impl RangerLog {
         poses.clone().zip(poses.skip(1)).any(|(a, b)| a != b)
     }
 
-    /// Whether anything was ever measured.
+    /// Whether any range was measured.
     pub(crate) fn has_ranges(&self) -> bool {
         let mut ranges = self.scans.iter().flat_map(|scan| scan.ranges);
         ranges.any(|range| range > 0.0)
@@ -127,8 +127,8 @@ impl RangerLog {
         Stamp::from_seconds(self.since_first(scan))
     }
 
-    /// A line as a scan of four beams, robot frame. Readings of `reach` (m) and more say that
-    /// nothing came back from nearer.
+    /// A line as a scan of four beams, robot frame. Readings of `reach` (m) and more mean that
+    /// nothing nearer sent an echo.
     #[must_use]
     pub fn scan(&self, scan: &RangerScan, reach: f64) -> Scan {
         let range = |range: &f32| match *range {
@@ -224,7 +224,7 @@ impl Header {
         for (column, (number, expected)) in numbers.iter_mut().zip(expected).enumerate() {
             let (name, word) = (COLUMNS[column], word(column));
             *number = read(line, name, word, expected, |_| true)?;
-            // NaN is not within.
+            // NaN fails the comparison.
             if number.is_nan() || number.abs() > 10.0 * MOST {
                 none.add(|| {
                     FieldError::new(line, name, word, format_args!("{expected}, within ±1e10"))
@@ -284,7 +284,7 @@ mod tests {
         let scan = log.scan(&log.scans[0], 2.0);
         scan.validate().unwrap();
         assert_eq!(scan.ranges[0], 1.0);
-        // What is farther than the rangers reach is not believed, nor is what is not there.
+        // Readings beyond the rangers' reach are not believed, nor are missing ones.
         assert_eq!(scan.ranges[1], f32::INFINITY);
         assert!(scan.ranges[2].is_nan());
         assert_eq!(scan.ranges[3], f32::INFINITY);

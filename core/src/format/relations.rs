@@ -1,4 +1,4 @@
-//! `.relations`: reference motions between scans, made by hand-checked scan alignment.
+//! `.relations`: reference motions between scans, from scan alignments checked by hand.
 //!
 //! In: bytes. Out: [`Relation`]s. Lines are `t1 t2 x y z roll pitch yaw`: the pose at t2 in the
 //! frame of the pose at t1, metres and radians, `#` starts a comment.
@@ -32,11 +32,11 @@ impl Relation {
 
 const COLUMNS: &str = "t1 t2 x y z roll pitch yaw";
 
-/// Why bytes are no relations.
+/// Why bytes are not relations.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RelationsError {
-    /// A row that is none.
+    /// A row that cannot be read.
     #[error(transparent)]
     Row(#[from] FieldError),
     /// No line at all.

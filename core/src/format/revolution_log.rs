@@ -1,8 +1,8 @@
-//! Revolution logs (`.txt`): a turn of an RPLIDAR in each line, sample by sample; what Pilch's
-//! program reads.
+//! Revolution logs (`.txt`): one revolution of an RPLIDAR per line, sample by sample, as Pilch's
+//! program reads them.
 //!
 //! In: bytes, in chunks of any size. Out: a [`RevolutionLog`]. And back: scans become a log
-//! ([`RevolutionLog::push`]), and a log lines of text ([`RevolutionLog::lines`]).
+//! ([`RevolutionLog::push`]), and a log becomes lines of text ([`RevolutionLog::lines`]).
 //!
 //! A line is samples `__t:1.34_d:01495.75_q:29|` and then `-END-`:
 //!
@@ -13,16 +13,17 @@
 //! | `d` | distance, mm, less than 100 000; 0 where nothing was measured |
 //! | `q` | quality of the echo, 0 to 63; 0 where nothing was measured |
 //!
-//! The file says nothing of time, and nothing of a robot: lines are taken to follow each other
-//! without a pause, at a rate that has to be said beside it (setting `log.revolutions`), and
-//! samples of a line to be evenly spaced in time, with places for those that were lost. The flag
-//! divides nothing: a line is a turn, as a bit may be damaged. Nor is there a reading that says
-//! that a beam met nothing. A distance that is no number or negative was not measured, and a sample
-//! whose angle is no number was lost; both are told (`RevolutionLog::left_out`).
+//! The file holds neither time nor anything about a robot. Lines are taken to follow each other
+//! without a pause, at a rate that is given beside the file (setting `log.revolutions`); the
+//! samples of a line are taken to be evenly spaced in time, with gaps for those that were lost. The
+//! flag does not divide the log, because a bit may be damaged: each line is one revolution. No
+//! reading means that a beam met nothing. A distance that is negative or not a number counts as not
+//! measured, and a sample whose angle is not a number as lost; both are reported
+//! (`RevolutionLog::left_out`).
 //!
-//! Source: Pilch 2016 §3.4.1, (3.3). It does not say which way angles run: they are those of the
-//! sensor, as its program `ultra_simple` prints them, and so are degrees, mm and quality (SLAMTEC
-//! interface protocol; `wire::rplidar` reads the same from the wire).
+//! Source: Pilch 2016 §3.4.1, (3.3). It does not say which way angles run: they are taken to be
+//! those of the sensor, as its program `ultra_simple` prints them; degrees, mm and quality too
+//! (SLAMTEC interface protocol; `wire::rplidar` reads the same from the wire).
 
 use std::f64::consts::TAU;
 
@@ -35,20 +36,20 @@ use super::{FieldError, LeftOut, Tally};
 use crate::geom::{Pose2, wrap};
 use crate::robot::{Place, Scan, Stamp, places_of_revolution};
 
-/// Turns a second of the source's sensor as it is delivered, Hz (Pilch 2016 §2.1).
+/// Revolutions per second of the source's sensor as delivered, Hz (Pilch 2016 §2.1).
 pub const NOMINAL_RATE: f64 = 5.5;
-/// The best quality.
+/// The highest quality.
 pub const MOST_QUALITY: u8 = 63;
-/// More samples in a line are no turn: no lidar of this kind takes as many. What is read can then
-/// be written in a line that is read again, whatever its numbers.
+/// Lines with more samples are refused: no lidar of this kind takes as many. The limit ensures that
+/// whatever was read can be written in a line that is read again.
 pub const MOST_SAMPLES: usize = 8192;
-/// What a distance has to be less than, mm: five digits.
+/// Distances must be less than this, mm: five digits.
 const DISTANCE_END: f32 = 100_000.0;
-/// σ of a direction, rad: that of the sensor; directions are written to a sixth of it.
+/// σ of a direction, rad: that of the sensor; the file resolves a sixth of it.
 const BEARING_SIGMA: f64 = 0.001;
-/// A line that begins with an angle above this began a little before the turn did, rad.
+/// A line whose first angle is above this began a little before the revolution did, rad.
 const BEFORE_AHEAD: f64 = 350.0 * TAU / 360.0;
-/// How a line begins, by the flag of its first sample.
+/// How a line begins, depending on the flag of its first sample.
 const BEGINNINGS: [&[u8]; 2] = [b"__t:", b"S_t:"];
 const END: &str = "-END-";
 const EXPECTED: &str = "a log of revolutions, `__t:DEGREES_d:MILLIMETRES_q:QUALITY|` for each \
@@ -57,7 +58,7 @@ const EXPECTED: &str = "a log of revolutions, `__t:DEGREES_d:MILLIMETRES_q:QUALI
 /// One reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Whether the sensor says that a turn begins with it.
+    /// Whether the sensor says that a revolution begins with this sample.
     pub starts: bool,
     /// Angle, degrees, clockwise from ahead, 0 to 360.
     pub degrees: f32,
@@ -73,7 +74,7 @@ pub struct RevolutionLog {
     /// What the reader left out.
     pub left_out: LeftOut,
     samples: Vec<Sample>,
-    /// Of each revolution the end of its samples.
+    /// For each revolution, the end of its samples.
     ends: Vec<usize>,
 }
 
@@ -96,22 +97,22 @@ impl Default for RevolutionLogReader {
 impl RevolutionLogReader {
     /// Takes the next bytes.
     ///
-    /// # Errors   [`TextLogError`], with line, sample and field; the reader is of no further use
-    /// then.
+    /// # Errors   [`TextLogError`], with line, sample and field; the reader cannot be used after
+    /// one.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), TextLogError> {
         self.lines.push(bytes, &mut self.log)
     }
 
-    /// The log is all there.
+    /// Ends the log.
     ///
-    /// # Errors   [`TextLogError`]: a last line that is cut off, or none at all.
+    /// # Errors   [`TextLogError`]: a last line that is cut off, or no usable line.
     pub fn finish(mut self) -> Result<RevolutionLog, TextLogError> {
         self.lines.finish(&mut self.log)?;
         Ok(self.log)
     }
 }
 
-/// Whether a line that begins so is one of a log of revolutions.
+/// Whether a line that begins with `word` belongs to a log of revolutions.
 pub(crate) fn is_beginning(word: &[u8]) -> bool {
     BEGINNINGS.iter().any(|begins| word.starts_with(begins))
 }
@@ -139,21 +140,21 @@ impl RevolutionLog {
         self.samples.get(start..*self.ends.get(index)?)
     }
 
-    /// Seconds from the beginning of the first revolution to the end of the last, at so many a
-    /// second.
+    /// Seconds from the beginning of the first revolution to the end of the last, at `rate`
+    /// revolutions per second.
     #[must_use]
     pub fn duration(&self, rate: f64) -> f64 {
         self.len() as f64 / rate
     }
 
-    /// Whether anything was ever measured.
+    /// Whether any range was measured.
     pub(crate) fn has_ranges(&self) -> bool {
         self.samples.iter().any(|sample| !sample.range().is_nan())
     }
 
-    /// A revolution as a scan, robot frame, the sensor at the robot's centre; `rate` is that of the
-    /// revolutions, Hz, more than 0. The revolution ends at the stamp, counted from the beginning
-    /// of the log.
+    /// A revolution as a scan, robot frame, with the sensor at the robot's centre; `rate` is the
+    /// number of revolutions per second, Hz, more than 0. The revolution ends at its stamp, which
+    /// counts from the beginning of the log.
     #[must_use]
     pub fn scan(&self, index: usize, rate: f64) -> Option<Scan> {
         let samples = self.samples(index)?;
@@ -238,7 +239,7 @@ impl TextLog for RevolutionLog {
             return Err(error);
         }
         if self.samples.len() == before {
-            // No angle of the whole turn is known.
+            // No angle of the whole revolution is known.
             self.left_out.lines.append(Tally { count: 1, ..none });
             return Ok(());
         }
@@ -257,7 +258,7 @@ impl TextLog for RevolutionLog {
 }
 
 impl Sample {
-    /// `None` where the angle is no number.
+    /// `None` if the angle is not a number.
     fn read(
         line: usize,
         number: usize,
@@ -294,7 +295,7 @@ impl Sample {
         };
         Ok(Some(Self {
             starts: starts == "S",
-            // A zero below zero is written as one.
+            // Removes the sign of a negative zero.
             degrees: degrees.abs(),
             millimetres: millimetres.abs(),
             quality,
@@ -338,7 +339,8 @@ fn turned_of(samples: &[Sample]) -> Vec<f64> {
 // Writing.
 
 impl RevolutionLog {
-    /// The scans of a CARMEN log, whose odometry and stamps a log of revolutions has no place for.
+    /// The scans of a CARMEN log; its odometry and stamps are lost, because the format has no place
+    /// for them.
     #[must_use]
     pub fn of_carmen(log: &CarmenLog) -> Self {
         let mut revolutions = Self::default();
@@ -348,12 +350,12 @@ impl RevolutionLog {
         revolutions
     }
 
-    /// Adds a scan as the next revolution; one without beams is passed over, and so are beams
-    /// behind the first [`MOST_SAMPLES`].
+    /// Adds a scan as the next revolution. A scan without beams is ignored, and so are beams beyond
+    /// the first [`MOST_SAMPLES`].
     ///
-    /// Angles are rounded to 0.01° and distances to 0.01 mm. What met nothing, or lies farther than
-    /// the format can say, is written as not measured. The quality is cut off above
-    /// [`MOST_QUALITY`], the best, and where the sensor tells none it is that.
+    /// Angles are rounded to 0.01° and distances to 0.01 mm. Beams that met nothing, or ended
+    /// farther away than the format can express, are written as not measured. The quality is
+    /// limited to [`MOST_QUALITY`]; it is also that value if the sensor reports none.
     pub fn push(&mut self, scan: &Scan) {
         let columns = scan.bearings.iter().zip(&scan.ranges).enumerate();
         let samples = columns.take(MOST_SAMPLES).map(|(beam, (bearing, range))| {
@@ -381,8 +383,8 @@ impl RevolutionLog {
         }
     }
 
-    /// The lines of the file, each with its end. Numbers have two digits behind the point, or as
-    /// many as they need to come back to the bit.
+    /// The lines of the file, each with its line end. Numbers have two decimals, or as many as they
+    /// need to be read back to the bit.
     pub fn lines(&self) -> impl Iterator<Item = String> {
         let revolutions = (0..self.len()).filter_map(|index| self.samples(index));
         revolutions.map(|samples| {

@@ -1,7 +1,7 @@
 //! The topological map as GeoJSON: a polygon for each room and corridor, a line for each door.
 //!
-//! In: a [`Topology`]. Out: the text of a file, for what reads GeoJSON. Coordinates are those of
-//! the map, m, and no degrees; the file says so.
+//! In: a [`Topology`]. Out: the text of a file, for programs that read GeoJSON. Coordinates are
+//! metres in the map frame, not degrees; the file says so.
 //!
 //! Source: RFC 7946, "The GeoJSON Format": outer rings counter-clockwise, holes clockwise, the
 //! first point again at the end.
@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::geom::sides_of;
 use crate::map::{Door, Region, Topology};
 
-/// Why there is no file: no region is known.
+/// Why no file can be written: no region is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no room is known yet; expected at least one region of free floor")]
 pub struct NoRooms;
@@ -85,13 +85,13 @@ fn closed(ring: &[Point2<f64>]) -> Vec<[f64; 2]> {
     ring.iter().chain(again).map(|at| [at.x, at.y]).collect()
 }
 
-/// Positive where the way round is counter-clockwise.
+/// Positive for a counter-clockwise ring.
 fn signed_area(ring: &[Point2<f64>]) -> f64 {
     let crosses = sides_of(ring).map(|(a, b)| a.x * b.y - b.x * a.y);
     0.5 * crosses.sum::<f64>()
 }
 
-/// By how often a ray eastward crosses the ring.
+/// By how often a ray to the east crosses the ring.
 fn is_inside(ring: &[Point2<f64>], at: Point2<f64>) -> bool {
     let crosses = |(a, b): &(&Point2<f64>, &Point2<f64>)| {
         (a.y > at.y) != (b.y > at.y) && at.x < a.x + (at.y - a.y) / (b.y - a.y) * (b.x - a.x)

@@ -1,22 +1,22 @@
-//! Logs of a rover with an RPLIDAR: encoder counts and one turn of the lidar in each line.
+//! Logs of a rover with an RPLIDAR: encoder counts and one revolution of the lidar per line.
 //!
 //! In: bytes, in chunks of any size. Out: a [`RoverLog`].
 //!
-//! A line is `left right t_ms d0 … d359`, whole numbers apart by blanks: the encoders' counts,
+//! A line is `left right t_ms d0 … d359`, whole numbers separated by blanks: the encoders' counts,
 //! the milliseconds, and the range in each degree, mm, 0 where nothing was measured. All three
-//! counters have 16 bits and begin anew: what counts is their difference modulo 65 536, of the
-//! encoders the one nearest to 0, of the time the one ahead. So a pause of more than a minute
-//! cannot be told.
+//! counters have 16 bits and wrap around: only their differences modulo 65 536 count, for the
+//! encoders the one nearest to 0, for the time the non-negative one. So a pause of more than a
+//! minute cannot be detected.
 //!
-//! A range that is no number or negative measured nothing, and a line with a counter that is no
-//! number is left out; both are told (`RoverLog::left_out`).
+//! A range that is negative or not a number counts as not measured, and a line with a counter that
+//! is not a number is left out; both are reported (`RoverLog::left_out`).
 //!
-//! The file says nothing of the robot: how many counts make a revolution of a wheel, how large it
-//! is, and how far apart the wheels are has to be said beside it (settings `log.*`).
+//! The file says nothing of the robot: counts per wheel revolution, wheel size and track width are
+//! given beside it (settings `log.*`).
 //!
 //! Degrees run clockwise, as an RPLIDAR turns; d0 looks ahead. Source: SLAMTEC, "RPLIDAR A1
-//! interface protocol", angles; that ahead is ahead and left is left was checked on recorded
-//! logs, by how ranges change as the rover drives and turns.
+//! interface protocol", angles. The directions ahead and left were verified on recorded logs, by
+//! how ranges change as the rover drives and turns.
 
 use std::f64::consts::PI;
 
@@ -31,13 +31,13 @@ use crate::robot::{Scan, Stamp};
 pub const BEAMS: usize = 360;
 /// Fields before the ranges.
 const COUNTERS: usize = 3;
-/// Range at which an RPLIDAR A1 of the first series ends, m.
+/// Maximum range of an RPLIDAR A1 of the first series, m.
 const MAX_RANGE: f64 = 6.0;
-/// σ of a range, m: that of the A1 near by, and how it grows for each metre. Logs of revolutions
-/// are of the same sensor.
+/// σ of a range, m: that of the A1 at short range, and how much it grows per metre. Logs of
+/// revolutions are from the same sensor.
 pub(super) const SIGMA: f64 = 0.01;
 pub(super) const SIGMA_PER_METRE: f64 = 0.01;
-/// σ of a direction that is rounded to a degree, rad: the degree's width over √12.
+/// σ of a direction rounded to a degree, rad: one degree over √12.
 const BEARING_SIGMA: f64 = PI / 180.0 / 3.464_101_615_137_754_4;
 const EXPECTED: &str = "a rover's log, `left right t_ms d0 … d359` in each line";
 
@@ -81,14 +81,14 @@ impl Default for RoverLogReader {
 impl RoverLogReader {
     /// Takes the next bytes.
     ///
-    /// # Errors   [`TextLogError`], with line and field; the reader is of no further use then.
+    /// # Errors   [`TextLogError`], with line and field; the reader cannot be used after one.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), TextLogError> {
         self.lines.push(bytes, &mut self.log)
     }
 
-    /// The log is all there.
+    /// Ends the log.
     ///
-    /// # Errors   [`TextLogError`]: a last line that is cut off, or none at all.
+    /// # Errors   [`TextLogError`]: a last line that is cut off, or no usable line.
     pub fn finish(mut self) -> Result<RoverLog, TextLogError> {
         self.lines.finish(&mut self.log)?;
         Ok(self.log)
@@ -108,13 +108,13 @@ impl RoverLog {
         self.scans.iter().any(|scan| scan.counts != [0, 0])
     }
 
-    /// Whether anything was ever measured.
+    /// Whether any range was measured.
     pub(crate) fn has_ranges(&self) -> bool {
         self.ranges.iter().any(|mm| *mm > 0)
     }
 
-    /// The scan of a line, robot frame: what was measured in the revolution that ended at its
-    /// stamp, which took as long as the time since the line before.
+    /// The scan of a line, robot frame: what was measured in the revolution that ended at its stamp
+    /// and took as long as the time since the previous line.
     #[must_use]
     pub fn scan(&self, index: usize) -> Option<Scan> {
         let line = self.scans.get(index)?;
@@ -140,7 +140,7 @@ impl RoverLog {
         })
     }
 
-    /// The ranges of a line, which are words and their numbers in the line, from 1.
+    /// The ranges of a line, given as its words with their numbers in the line, from 1.
     fn take_ranges<'a>(
         &mut self,
         line: usize,
@@ -177,7 +177,7 @@ impl TextLog for RoverLog {
             let expected = "a counter of 16 bits: -32768 to 65535";
             let fits = |n: &i32| (-32_768..=65_535).contains(n);
             match read(line, name, word, expected, fits) {
-                // Modulo 65 536, whether it was written with a sign or without.
+                // Modulo 65 536, whether it was written as signed or unsigned.
                 Ok(count) => *counter = count as u16,
                 Err(error) if is_not_finite(word) => {
                     self.left_out.lines.add(|| error);
@@ -220,7 +220,7 @@ impl RoverScan {
         Stamp(1000 * self.millis)
     }
 
-    /// The same in seconds.
+    /// The stamp in seconds.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         self.stamp().seconds()
@@ -228,7 +228,7 @@ impl RoverScan {
 
     fn after(&self, last: [u16; COUNTERS], now: [u16; COUNTERS]) -> Self {
         let [left, right, millis] = [0, 1, 2].map(|i| now[i].wrapping_sub(last[i]));
-        // The nearest: a wheel may turn backwards, time may not.
+        // The nearest: a wheel may turn backwards, but time may not.
         let signed = |counts: u16| i64::from(counts as i16);
         Self {
             counts: [
@@ -346,8 +346,8 @@ mod tests {
         assert!(error.starts_with("line 2: left is `nan`"), "{error}");
     }
 
-    /// Two recorded logs. What is expected was counted apart from this reader: lines by `wc`, time
-    /// and way (the mean of both wheels) from the first three columns by a script.
+    /// Two recorded logs. The expected values were computed independently of this reader: lines by
+    /// `wc`, time and distance (the mean of both wheels) from the first three columns by a script.
     #[test]
     fn recorded_logs_are_read_whole() {
         for (name, lines, seconds, metres) in [

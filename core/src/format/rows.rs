@@ -1,9 +1,9 @@
-//! Rows of eight finite numbers with `#` comments: what relations are written in.
+//! Rows of eight finite numbers with `#` comments: the layout of relations files.
 
 use super::FieldError;
 use super::field_error::number;
 
-/// The rows of a text with these columns, without empty ones and comments.
+/// The rows of a text with these columns, without empty lines and comments.
 pub(super) fn rows(
     text: &str,
     columns: &'static str,

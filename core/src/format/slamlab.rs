@@ -1,6 +1,6 @@
-//! Experiment files (`.slamlab`): a map with everything that a run needs to go on in it.
+//! Experiment files (`.slamlab`): a map with everything that a later run needs to go on in it.
 //!
-//! In: an [`Experiment`]. Out: bytes, and from them the experiment, or what is wrong and where.
+//! In: an [`Experiment`]. Out: bytes. And back, or what is wrong and where.
 //!
 //! | bytes | what |
 //! |---|---|
@@ -10,11 +10,11 @@
 //! | 8 | XXH64 of the content, unpacked |
 //! | rest | the content, packed (RFC 1950, zlib) |
 //!
-//! Numbers stand lowest byte first. The content is the fields of [`Experiment`], written as
-//! [`crate::snapshot`] says. A file of another version is refused by its number: of a newer
-//! one it cannot be known what its content means, and maps of version 1, which was never released,
-//! lack what is learned of the sensor's angle. What is unpacked is never longer than the file says,
-//! and what a file says is believed only as far as so few bytes can be packed.
+//! Numbers are little-endian. The content is the fields of [`Experiment`], encoded as in
+//! [`crate::snapshot`]. A file of another version is refused: the content of a newer version is
+//! unknown, and maps of version 1, which was never released, lack what is learned of the sensor's
+//! angle. Unpacking stops at the length that the file states, and that length is believed only as
+//! far as the packed bytes can expand to it.
 
 use std::io::{ErrorKind, Read as _, Write as _};
 
@@ -30,11 +30,11 @@ use crate::snapshot::{Reader, Snapshot as _, SnapshotError, snapshot};
 pub const MAGIC: [u8; 8] = *b"\x89slamlab";
 /// The version that is written and read.
 pub const VERSION: u32 = 7;
-/// The longest content that is unpacked, bytes: some tens of kilometres of way.
+/// The longest content that is unpacked, bytes: some tens of kilometres of driving.
 pub const MOST_UNPACKED: u64 = 1 << 29;
-/// Zlib packs no more than so many bytes into one, ...
+/// Zlib packs at most this many bytes into one, ...
 const MOST_RATIO: u64 = 1032;
-/// ... and so many more.
+/// ... plus this many.
 const HEAD: u64 = 64;
 
 /// What an experiment file holds.
@@ -44,9 +44,9 @@ pub struct Experiment {
     pub title: String,
     /// The program that wrote it, with its version.
     pub program: String,
-    /// The method that made the map, by its name.
+    /// Name of the method that made the map.
     pub method: String,
-    /// Settings that were not the defaults, by their keys.
+    /// Settings that differed from their defaults, by their keys.
     pub settings: Vec<(String, f64)>,
     /// The map.
     pub map: SavedMap,
@@ -60,40 +60,40 @@ snapshot!(Experiment {
     map,
 });
 
-/// Why a file is no experiment that can be opened.
+/// Why a file is not an experiment that can be opened.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SlamlabError {
-    /// Of another kind.
+    /// A file of another kind.
     #[error("this is no .slamlab file: it does not begin as one")]
     NotSlamlab,
-    /// Of another version.
+    /// A file of another version.
     #[error(
         "the .slamlab file is of version {found}, and this program reads version {VERSION}: it was written by {} one",
         if *found > VERSION { "a newer" } else { "an older" }
     )]
     Version {
-        /// What the file says.
+        /// The version in the file.
         found: u32,
     },
-    /// It ends too soon.
+    /// The file ends within its header.
     #[error("the .slamlab file ends within its header, at byte {at}")]
     Header {
         /// Its length.
         at: usize,
     },
-    /// Absurdly long.
+    /// The content is too long.
     #[error("the .slamlab file says that it unpacks to {bytes} bytes; {most} are possible")]
     TooLong {
-        /// What it says.
+        /// The length that the file states.
         bytes: u64,
-        /// What so many packed bytes, or this program, can hold at most.
+        /// The most that this number of packed bytes, or this program, can hold.
         most: u64,
     },
-    /// It cannot be packed.
+    /// The content cannot be packed.
     #[error("the .slamlab file cannot be packed: {0}")]
     Packing(String),
-    /// A part of it is missing.
+    /// A part of the content is missing.
     #[error(
         "the .slamlab file is cut off: it ends at byte {at}, with {has} of the {of} bytes that it unpacks to"
     )]
@@ -102,25 +102,25 @@ pub enum SlamlabError {
         at: usize,
         /// Bytes that could be unpacked.
         has: usize,
-        /// Bytes that it says it holds.
+        /// The length that the file states.
         of: u64,
     },
-    /// Its bytes are no longer those that were written.
+    /// The content is not what was written.
     #[error(
         "the .slamlab file is damaged: what stands before byte {before} is not what was written"
     )]
     Damaged {
-        /// Where it shows: it lies no farther on, and not in the first 12 bytes.
+        /// Where the damage was detected: it lies before this byte, but not in the first 12 bytes.
         before: usize,
     },
-    /// The content means nothing.
+    /// The content is inconsistent.
     #[error("the .slamlab file cannot be read: {0}")]
     Content(#[from] SnapshotError),
 }
 
 /// Writes a file.
 ///
-/// # Errors   [`SlamlabError::TooLong`] for a map that could not be read again,
+/// # Errors   [`SlamlabError::TooLong`] for a map too large to be read back,
 /// [`SlamlabError::Packing`].
 pub fn write(experiment: &Experiment) -> Result<Vec<u8>, SlamlabError> {
     let mut content = vec![];
@@ -151,7 +151,7 @@ pub fn read(file: &[u8]) -> Result<Experiment, SlamlabError> {
     Ok(experiment)
 }
 
-/// Whether a file begins as one of these.
+/// Whether a file begins like one of these.
 #[must_use]
 pub fn begins(file: &[u8]) -> bool {
     file.starts_with(&MAGIC)
@@ -173,7 +173,7 @@ fn unpacked(file: &[u8]) -> Result<Vec<u8>, SlamlabError> {
         return Err(SlamlabError::TooLong { bytes, most });
     }
     let mut content = vec![];
-    // A byte more shows that more would come.
+    // One more byte would show that the data goes on.
     let mut unpacker = ZlibDecoder::new(packed).take(bytes + 1);
     let read = unpacker.read_to_end(&mut content);
     let has = content.len();

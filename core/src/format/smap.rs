@@ -1,8 +1,8 @@
-//! Submaps as Pilch's program saves them (`.smap`): points, the robot's path and landmarks, as
+//! Submaps in the format of Pilch's program (`.smap`): points, the robot's path and landmarks, as
 //! text.
 //!
-//! In: bytes. Out: an [`Smap`]. And back. From what a run has mapped: [`Smap::of_run`]; from one of
-//! its submaps: [`Smap::of_submap`].
+//! In: bytes. Out: an [`Smap`]. And back. [`Smap::of_run`] makes one from all that a run has
+//! mapped, [`Smap::of_submap`] from one of its submaps.
 //!
 //! ```text
 //! #points
@@ -19,15 +19,15 @@
 //!
 //! Numbers are millimetres. The confidence counts how often a landmark was found again.
 //!
-//! 1. Each section stands once, in any order, with as many lines as it says. Blanks, line ends and
-//!    empty lines are free.
-//! 2. The file's y axis points to the right. The source takes x = d cos θ and y = d sin θ (3.4) of
-//!    angles that an RPLIDAR counts clockwise, so its maps are seen from below; here y is turned
-//!    over on the way in and out, and a file of its program shows the building as it is.
-//! 3. More than [`MOST_POINTS`] points are refused: the source begins another submap there.
+//! 1. Each section appears once, in any order, with as many lines as it states. Blanks, line ends
+//!    and empty lines are free.
+//! 2. The file's y axis points to the right. The source takes x = d cos θ and y = d sin θ (3.4)
+//!    with angles that an RPLIDAR counts clockwise, so its maps are seen from below. Here y is
+//!    flipped on reading and writing, so a file of its program shows the building as it is.
+//! 3. More than [`MOST_POINTS`] points are refused: the source begins a new submap there.
 //!
-//! Source: Pilch 2016 §3.4.2 and (3.5); the bound from fig. 3.24. What place of an edge `x, y` is
-//! it does not say: here the middle.
+//! Source: Pilch 2016 §3.4.2 and (3.5); the bound from fig. 3.24. It does not say which point of an
+//! edge `x, y` is: here it is the middle.
 
 mod read;
 #[cfg(test)]
@@ -50,18 +50,18 @@ pub const MOST_POINTS: usize = 100_000;
 /// A submap, in a frame of its own: m, right-handed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Smap {
-    /// Where something was hit.
+    /// Where beams hit something.
     pub points: Vec<Point2<f64>>,
-    /// Where the robot was, in the order of the drive.
+    /// Positions of the robot, in the order of the drive.
     pub path: Vec<Point2<f64>>,
-    /// What can be recognised.
+    /// What can be recognised again.
     pub landmarks: Vec<SmapLandmark>,
 }
 
 /// A landmark of a submap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmapLandmark {
-    /// Where it is, m; of an edge its middle.
+    /// Its position, m; for an edge its middle.
     pub at: Point2<f64>,
     /// How often it was found again.
     pub confidence: u32,
@@ -78,14 +78,14 @@ pub enum LandmarkKind {
     Edge,
 }
 
-/// Why a file is no submap, or a run no file.
+/// Why a file is not a submap, or a run cannot be saved as one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SmapError {
-    /// A line that is not what it should be, or another number of them.
+    /// A line that cannot be read, or the wrong number of lines.
     #[error(transparent)]
     Field(#[from] FieldError),
-    /// A section that does not stand there.
+    /// A section is missing.
     #[error("the section `{section}` is missing; the file ends after line {lines}")]
     Missing {
         /// Its first line.
@@ -93,22 +93,22 @@ pub enum SmapError {
         /// Lines of the file.
         lines: usize,
     },
-    /// More points than a submap has, in a file.
+    /// A file has more points than a submap may have.
     #[error(
         "line {line}: {found} points, expected at most {MOST_POINTS}: a larger map is saved as several submaps"
     )]
     TooManyPoints {
         /// Line, from 1.
         line: usize,
-        /// How many there are to be.
+        /// The number that it states.
         found: usize,
     },
-    /// More points than a submap has, in a map to be saved.
+    /// A map to be saved has more points than a submap may have.
     #[error(
         "the map has {found} occupied cells, and a submap (.smap) at most {MOST_POINTS} points: save it as a map for ROS"
     )]
     MapTooLarge {
-        /// Its occupied cells.
+        /// Number of its occupied cells.
         found: usize,
     },
     /// A submap that holds nothing yet.
@@ -117,14 +117,14 @@ pub enum SmapError {
         /// Its number.
         submap: usize,
     },
-    /// More surfaces than a submap of the file may have.
+    /// A submap to be saved has more surfaces than the file may have.
     #[error(
         "submap {submap} has {found} surfaces, and a file (.smap) at most {MOST_POINTS} points"
     )]
     SubmapTooLarge {
         /// Its number.
         submap: usize,
-        /// Its surfaces.
+        /// Number of its surfaces.
         found: usize,
     },
     /// There is no submap of this number.
@@ -132,18 +132,18 @@ pub enum SmapError {
     NoSubmap {
         /// The number.
         submap: usize,
-        /// How many there are.
+        /// Number of submaps.
         count: usize,
     },
-    /// Nothing to save, or what there is lies too far apart.
+    /// There is nothing to save, or the known cells span too large an area.
     #[error(transparent)]
     Map(#[from] MapServerError),
 }
 
 impl Smap {
-    /// What a run has mapped: the middles of the occupied cells, where the robot was, and each wall
-    /// as an edge that was found again as often as it was seen after the first time, and points
-    /// with how often they were found again.
+    /// What a run has mapped: the centres of the occupied cells, the positions of the robot, each
+    /// wall as an edge, and points. The confidence of an edge counts how often the wall was seen
+    /// after the first time; that of a point, how often it was found again.
     ///
     /// # Errors    [`SmapError::Map`], [`SmapError::MapTooLarge`].
     pub fn of_run(
@@ -180,8 +180,8 @@ impl Smap {
         })
     }
 
-    /// One submap of scan matching, in its frame: its surfaces, where the robot was, and what was
-    /// found again in it.
+    /// One submap of scan matching, in its frame: its surfaces, the positions of the robot, and the
+    /// landmarks found again in it.
     ///
     /// # Errors    [`SmapError::NoSubmap`], [`SmapError::Unfinished`],
     /// [`SmapError::SubmapTooLarge`].
@@ -210,8 +210,8 @@ impl Smap {
         }
     }
 
-    /// What says where it lies in another map. An edge is none of its landmarks: its file says a
-    /// place of it, and not which.
+    /// What is needed to find where it lies in another map. Edges are not among the landmarks,
+    /// because the file does not say which point of an edge it gives.
     #[must_use]
     pub fn map_points(&self) -> MapPoints {
         let landmarks = self.landmarks.iter();
@@ -224,7 +224,7 @@ impl Smap {
         }
     }
 
-    /// The text of the file, to a micrometre.
+    /// The text of the file, with a resolution of a micrometre.
     #[must_use]
     pub fn write(&self) -> String {
         let mut text = String::new();
@@ -256,7 +256,7 @@ const LANDMARKS: &str = "#landmarks";
 fn in_file(place: &Point2<f64>) -> String {
     let number = |metres: f64| {
         let micrometres = (1e6 * metres).round();
-        // Without the sign of a zero.
+        // Removes the sign of a negative zero.
         (micrometres + 0.0) / 1e3
     };
     format!("{}, {}", number(place.x), number(-place.y))

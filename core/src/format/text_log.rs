@@ -1,7 +1,7 @@
-//! Lines of a text log, cut from chunks of any size, and what can be wrong with such a log.
+//! Cuts lines of a text log from chunks of any size; and the errors of such logs.
 //!
 //! Only an unfinished line is kept, so a large log is never held as text. Empty lines and comments
-//! (`#`) are counted and passed over.
+//! (`#`) are counted but ignored.
 
 use super::{FieldError, LeftOut};
 
@@ -12,7 +12,7 @@ const MAX_LINE: usize = 1 << 20;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TextLogError {
-    /// Bytes that are no text.
+    /// Bytes that are not text.
     #[error("line {line}: byte {column} is 0x{byte:02x}, which is not text; expected {expected}")]
     Binary {
         /// Line, from 1.
@@ -21,18 +21,18 @@ pub enum TextLogError {
         column: usize,
         /// The byte.
         byte: u8,
-        /// What the log is made of.
+        /// What such a log consists of.
         expected: &'static str,
     },
-    /// A line without an end.
+    /// A line that does not end.
     #[error("line {line} is longer than {MAX_LINE} bytes; expected {expected}")]
     LineTooLong {
         /// Line, from 1.
         line: usize,
-        /// What the log is made of.
+        /// What such a log consists of.
         expected: &'static str,
     },
-    /// A field that is not what it should be, or another number of them.
+    /// A field that cannot be read, or a wrong number of fields.
     #[error(transparent)]
     Field(#[from] FieldError),
     /// The file ends within a line.
@@ -43,19 +43,19 @@ pub enum TextLogError {
         /// What is wrong with it.
         reason: FieldError,
     },
-    /// No scan at all.
+    /// The log has no scan.
     #[error("no scan in {lines} lines; expected {expected}")]
     NoScan {
         /// Number of lines read.
         lines: usize,
-        /// What the log is made of.
+        /// What such a log consists of.
         expected: &'static str,
     },
 }
 
-/// A log that is made of lines.
+/// A log that consists of lines.
 pub(super) trait TextLog {
-    /// Takes the next line, from 1.
+    /// Takes the next line; lines are counted from 1.
     fn take(&mut self, line: usize, text: &str) -> Result<(), FieldError>;
 
     fn has_scans(&self) -> bool;
@@ -68,12 +68,12 @@ pub(super) trait TextLog {
 pub(super) struct Lines {
     expected: &'static str,
     unfinished: Vec<u8>,
-    /// Of the line read last, from 1.
+    /// Number of the line read last, from 1.
     number: usize,
 }
 
 impl Lines {
-    /// Of a log that is made of what is `expected`.
+    /// For a log that consists of what `expected` says.
     pub(super) fn new(expected: &'static str) -> Self {
         Self {
             expected,
@@ -82,7 +82,7 @@ impl Lines {
         }
     }
 
-    /// Takes the next bytes, and gives each whole line to the log.
+    /// Takes the next bytes, and passes each complete line to the log.
     pub(super) fn push(
         &mut self,
         mut bytes: &[u8],
@@ -105,8 +105,8 @@ impl Lines {
         Ok(())
     }
 
-    /// The last line, which may have no end, and that there was a scan; where all lines were left
-    /// out, why the first was.
+    /// Takes the last line, which may have no line end, and checks that there was a scan. If all
+    /// lines were left out, the error says why the first one was.
     pub(super) fn finish(mut self, log: &mut impl TextLog) -> Result<(), TextLogError> {
         let last = std::mem::take(&mut self.unfinished);
         match self.line(&last, log) {
@@ -138,7 +138,7 @@ impl Lines {
     }
 }
 
-/// Whether a line says nothing.
+/// Whether a line has no content.
 pub(crate) fn is_empty_or_comment(line: &[u8]) -> bool {
     let mut words = line.iter().filter(|b| !b.is_ascii_whitespace());
     words.next().is_none_or(|b| *b == b'#')

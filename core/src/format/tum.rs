@@ -9,7 +9,7 @@ use crate::geom::{Pose2, sin_cos};
 
 const COLUMNS: &str = "seconds x y z qx qy qz qw";
 
-/// Writes poses with their stamps in seconds: six digits of the second, nine of the metre.
+/// Writes poses with their stamps in seconds: six decimals for seconds, nine for metres.
 #[must_use]
 pub fn write(poses: impl IntoIterator<Item = (f64, Pose2)>) -> String {
     let mut text = format!("# {COLUMNS}\n");

@@ -32,8 +32,8 @@
 //! | `doors` | optional: `from`, `to` (ends of the shut leaf), optional `open` at time 0 (default false), optional `switches`: rising times, s, at each of which it opens or shuts |
 //! | `movers` | optional: `waypoints`, `speed`, `radius`, optional `closed`, optional `pause` at each way-point, s |
 //!
-//! A field that is not in the table is refused: it is a misspelt one more often than a wish. Every
-//! error says the line and column, counted from 1.
+//! A field that is not in the table is refused, because it is more likely misspelt than meant.
+//! Every error gives the line and column, counted from 1.
 
 mod record;
 
@@ -50,10 +50,10 @@ const LONGEST: usize = 64 << 20;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WorldFileError {
-    /// Nothing in it.
+    /// The file is empty.
     #[error("world file: the file is empty, expected a JSON object")]
     Empty,
-    /// Absurdly long.
+    /// The file is too long.
     #[error("world file: {bytes} bytes, expected at most {LONGEST}")]
     TooLong {
         /// Length of the file.
@@ -69,7 +69,7 @@ pub enum WorldFileError {
         /// What was found and what was expected.
         what: String,
     },
-    /// An obstacle that lacks what its shape needs, or has what belongs to another.
+    /// An obstacle that lacks what its shape needs, or has a field of another shape.
     #[error("world file, line {line}: obstacle {index}: {what}")]
     Obstacle {
         /// Line on which it begins, from 1.
@@ -79,23 +79,23 @@ pub enum WorldFileError {
         /// What is wrong.
         what: String,
     },
-    /// Well-formed, but no world that a robot can be in.
+    /// Well-formed, but not a world that a robot can be in.
     #[error("world file, line {line}: {source}")]
     World {
-        /// Line on which the part in question begins, from 1.
+        /// Line on which the invalid part begins, from 1.
         line: usize,
         /// What is wrong.
         source: WorldError,
     },
 }
 
-/// What is wrong with a world, for whoever has its drawing before them and no lines.
+/// What is wrong with a world, for a person who sees its drawing and no lines of text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WorldFault {
-    /// The kind of part that is wrong: `start`, `goal`, `world`, `obstacle`, `door` or `mover`;
-    /// `file` where there is no world to be drawn at all.
+    /// The kind of the invalid part: `start`, `goal`, `world`, `obstacle`, `door` or `mover`;
+    /// `file` if there is no world to draw at all.
     pub part: String,
-    /// Its number from 0, where there are several of the kind.
+    /// Its number from 0, if there are several of the kind.
     pub index: Option<usize>,
     /// What is wrong, in words.
     pub text: String,
@@ -120,8 +120,7 @@ impl From<&WorldFileError> for WorldFault {
 
 /// Reads a world and checks that its robot can stand at the start.
 ///
-/// # Errors    [`WorldFileError`], with the line of what is wrong. Never panics, whatever the
-/// bytes.
+/// # Errors    [`WorldFileError`], with the line of the error. Never panics, whatever the bytes.
 pub fn read(bytes: &[u8]) -> Result<World, WorldFileError> {
     if bytes.len() > LONGEST {
         return Err(WorldFileError::TooLong { bytes: bytes.len() });
@@ -142,11 +141,11 @@ pub fn read(bytes: &[u8]) -> Result<World, WorldFileError> {
     Ok(world)
 }
 
-/// Writes a world; [`read`] gives the same world back, all but the heading to the bit (a pose keeps
-/// sine and cosine).
+/// Writes a world. [`read`] gives back the same world to the bit, except for the heading (a pose
+/// keeps sine and cosine).
 #[must_use]
 pub fn write(world: &World) -> String {
-    // Neither maps with odd keys nor failing writers are involved: this cannot fail.
+    // This cannot fail: no keys other than strings and no failing writers are involved.
     let mut text = serde_json::to_string_pretty(&WorldFile::from(world)).unwrap_or_default();
     text.push('\n');
     text
@@ -166,7 +165,7 @@ fn parse(bytes: &[u8]) -> Result<WorldFile, WorldFileError> {
     Ok(file)
 }
 
-/// What serde says in Rust's words, and what it means.
+/// Messages of serde in terms of Rust, and their meaning in plain words.
 const PLAIN: [(&str, &str); 4] = [
     ("expected f64", "expected a number"),
     ("expected u32", "expected a whole number of 0 or more"),
@@ -177,7 +176,7 @@ const PLAIN: [(&str, &str); 4] = [
     ),
 ];
 
-/// The part of the world in question, and what is wrong with it; line and column are said
+/// The part of the world that is wrong, and what is wrong with it; line and column are given
 /// elsewhere.
 fn in_words(error: &serde_path_to_error::Error<serde_json::Error>) -> String {
     let (inner, part) = (error.inner(), error.path().to_string());
@@ -203,7 +202,7 @@ fn line_of_part(bytes: &[u8], error: &WorldError) -> usize {
     line_of_key(bytes, &key, index).unwrap_or(1)
 }
 
-/// Line of a key of the outermost object, or of the `index`-th object in the list that is its
+/// Line of a key of the outermost object, or of the `index`-th object in the list that is the key's
 /// value.
 fn line_of_key(bytes: &[u8], key: &str, index: Option<usize>) -> Option<usize> {
     let (mut depth, mut line, mut found, mut elements) = (0_i32, 1, false, 0);

@@ -4,12 +4,12 @@ use super::setting::{Needs, Setting, Source};
 use super::{SettingError, Settings, table};
 use crate::slam::Method;
 
-/// What a run is of, as far as its settings depend on it; its sensor stands in [`Settings`].
+/// What decides which settings apply to a run, besides its sensor, which stands in [`Settings`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scope {
     /// What feeds it.
     pub source: Source,
-    /// How it estimates.
+    /// The SLAM method.
     pub method: Method,
 }
 
@@ -19,7 +19,7 @@ pub struct Scope {
 pub struct Idle(String);
 
 impl Settings {
-    /// Why a setting has no effect on such a run; none if it has.
+    /// Why a setting has no effect on a run of this scope; none if it has one.
     #[must_use]
     pub fn idle(&self, setting: &Setting, scope: &Scope) -> Option<Idle> {
         let name = setting.name;
@@ -41,7 +41,7 @@ impl Settings {
         self.unmet(setting)
     }
 
-    /// The sensor or the choice that a setting would need.
+    /// Why what a setting depends on, a sensor or another choice, is not given; none if it is.
     pub(super) fn unmet(&self, setting: &Setting) -> Option<Idle> {
         let name = setting.name;
         let unless = |choice: &str, of: &str| {
@@ -69,7 +69,7 @@ impl Settings {
         super::find(key).ok().and_then(|setting| self.get(setting))
     }
 
-    /// Whether the setting of `key` has an effect itself and is one of these.
+    /// Whether the setting of `key` has an effect itself, and its value is one of `is`.
     fn chosen(&self, key: &str, is: &[&str]) -> bool {
         let Ok(other) = super::find(key) else {
             return false;
@@ -79,11 +79,11 @@ impl Settings {
         named.is_some_and(|named| is.contains(&named.name)) && self.unmet(other).is_none()
     }
 
-    /// Sets all that have an effect on such a run, choices before the settings that depend on them,
-    /// and returns why the others have none.
+    /// Sets all settings that have an effect on such a run, choices before the settings that depend
+    /// on them, and returns why the others have none.
     ///
-    /// # Errors    [`SettingError`] for a key that does not exist and a number out of range; then
-    /// nothing has changed.
+    /// # Errors    [`SettingError`] for an unknown key or a number out of range; then nothing is
+    /// changed.
     pub fn take(
         &mut self,
         scope: &Scope,

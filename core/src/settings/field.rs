@@ -1,5 +1,5 @@
-//! How the number of a setting stands in a field: as it is, rounded, as a switch, or as the place
-//! in a list of names.
+//! How the number of a setting is stored in a field: as it is, rounded, as a switch, or as an index
+//! into a list of names.
 
 use std::mem::discriminant;
 
@@ -22,7 +22,7 @@ pub(super) trait Number {
     fn put(&mut self, number: f64);
 }
 
-/// A field that holds one of few, with the names of all of them.
+/// A field with a fixed set of values, and the names of all of them.
 pub(super) trait Choice: Copy {
     const COUNT: usize;
     fn all() -> Vec<(&'static str, Self, &'static str)>;
@@ -34,8 +34,8 @@ pub(super) fn names<T: Choice>() -> Vec<Named> {
     T::all().into_iter().map(named).collect()
 }
 
-/// Where a number stands: the path of a field; a pattern, the field that must match it and the
-/// place within; or how to get and set it.
+/// Where a number is stored: the path of a field; or a pattern, the field that must match it and
+/// the place inside; or functions to get and set it.
 macro_rules! at {
     (get $get:expr, set $set:expr) => {
         Field { get: $get, set: $set }
@@ -115,7 +115,8 @@ impl Number for bool {
     }
 }
 
-/// The number of a choice is its place; figures of a rule stay while the rule does.
+/// The number of a choice is its index; setting the same choice again keeps the parameters inside
+/// it.
 impl<T: Choice> Number for T {
     fn number(&self) -> f64 {
         let kind = discriminant(self);
@@ -134,7 +135,7 @@ impl<T: Choice> Number for T {
     }
 }
 
-/// How many of a type can be chosen, and all of them; without: what its table holds.
+/// How many values of a type can be chosen, and all of them; by default those of its table `ALL`.
 macro_rules! choices {
     ($($kind:ty = $count:expr, $all:expr;)+) => {$(
         impl Choice for $kind {

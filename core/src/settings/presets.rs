@@ -3,7 +3,7 @@
 /// Settings that belong together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Preset {
-    /// The group of the table that it is about.
+    /// The group of settings that it belongs to.
     pub group: &'static str,
     /// Its name for people.
     pub name: &'static str,

@@ -7,34 +7,34 @@ use crate::slam::Method;
 /// One setting.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
-    /// Its name in links, files and messages, unique; it never changes.
+    /// Its name in links, files and messages; unique and permanent.
     pub key: &'static str,
-    /// Where it belongs.
+    /// The group that it belongs to.
     pub group: &'static str,
     /// Its name for people.
     pub name: &'static str,
     /// What it does, in one line, and what happens when it grows.
     pub meaning: &'static str,
-    /// What the number is.
+    /// The kind of its number.
     pub kind: Kind,
     /// Smallest and largest number that is accepted, as stored.
     pub range: Bounds,
     /// Units of the number as stored and as people read it.
     pub unit: Unit,
-    /// Which sources know it.
+    /// The sources that have it.
     pub sources: &'static [Source],
-    /// Which methods use it; empty: all.
+    /// The methods that use it; empty means all.
     pub methods: &'static [Method],
     /// What else it depends on.
     pub needs: Needs,
-    /// Whether it is among the few that everybody meets first.
+    /// Whether it is among the few that everybody sees first.
     pub is_basic: bool,
-    /// When a change acts.
+    /// When a change takes effect.
     pub acts: Acts,
     pub(super) field: Field,
 }
 
-/// What the number of a setting is.
+/// The kind of a setting's number.
 #[derive(Clone, Copy, Debug)]
 pub enum Kind {
     /// Any number within the range.
@@ -43,14 +43,14 @@ pub enum Kind {
     Whole,
     /// 0 or 1.
     Switch,
-    /// The place of one of these.
+    /// An index into these names.
     Choice(fn() -> Vec<Named>),
 }
 
 /// One of the values of a choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Named {
-    /// Its name in messages; it never changes.
+    /// Its name in messages; permanent.
     pub name: &'static str,
     /// What a person calls it.
     pub title: &'static str,
@@ -61,13 +61,13 @@ pub struct Named {
 pub struct Unit {
     /// SI; empty for a pure number.
     pub stored: &'static str,
-    /// As people read it.
+    /// The unit shown to people.
     pub shown: &'static str,
-    /// Shown units in a stored one.
+    /// Shown units per stored unit.
     pub scale: f64,
 }
 
-/// What feeds a run.
+/// The source of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A simulated robot.
@@ -79,7 +79,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// All of them, with the names used by pages, and what a person calls them.
+    /// All sources, with the names used by pages, and their titles for people.
     pub const ALL: [(&'static str, Self, &'static str); 3] = [
         ("sim", Self::Simulation, "a simulated robot"),
         ("replay", Self::Recording, "a recording"),
@@ -94,34 +94,34 @@ impl Source {
     }
 }
 
-/// On what a setting depends, beside source and method.
+/// What a setting depends on, besides source and method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Needs {
-    /// On nothing.
+    /// Nothing.
     Nothing,
     /// A sensor of this kind.
     Sensor(&'static str),
-    /// The choice of this key is one of these names, or the switch of this key is `on`.
+    /// The choice of this key must have one of these names, or the switch of this key must be `on`.
     Choice {
         /// Key of the other setting.
         key: &'static str,
-        /// Names of its values.
+        /// Names of the values required.
         is: &'static [&'static str],
     },
-    /// The number of this key is greater than 0.
+    /// The number of this key must be greater than 0.
     MoreThanZero(&'static str),
 }
 
-/// When a change acts.
+/// When a change takes effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Acts {
-    /// From the next scan or tick on.
+    /// At the next scan or tick.
     AtOnce,
     /// When the run starts again.
     OnRestart,
 }
 
-/// Where the number stands in [`Settings`].
+/// Where the number is stored in [`Settings`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Field {
     pub(super) get: fn(&Settings) -> Option<f64>,
@@ -146,7 +146,7 @@ pub(super) const METRES: Unit = si("m");
 pub(super) const SQUARE_METRES: Unit = si("m²");
 pub(super) const SECONDS: Unit = si("s");
 pub(super) const VOLTS: Unit = si("V");
-/// Of distributions.
+/// Standard deviations of a distribution.
 pub(super) const SIGMAS: Unit = si("σ");
 /// Squared Mahalanobis distance.
 pub(super) const D2: Unit = si("d²");
@@ -158,7 +158,7 @@ const PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 pub(super) const DEGREES: Unit = unit("rad", "°", PER_RADIAN);
 pub(super) const DEGREES_PER_METRE: Unit = unit("rad/m", "°/m", PER_RADIAN);
 
-/// A unit that people read as it is stored.
+/// A unit that is shown as it is stored.
 pub(super) const fn si(stored: &'static str) -> Unit {
     unit(stored, stored, 1.0)
 }
@@ -193,7 +193,7 @@ pub(super) const fn named(count: usize, names: fn() -> Vec<Named>) -> Figures {
 }
 
 impl Named {
-    /// All of these, each with its name and what a person calls it.
+    /// All values, each with its name and its title for people.
     pub(super) fn all(words: &[(&'static str, &'static str)]) -> Vec<Self> {
         let named = |&(name, title)| Self { name, title };
         words.iter().map(named).collect()
@@ -254,7 +254,7 @@ impl Setting {
         self
     }
 
-    /// The values of a choice, `off` and `on` of a switch; nothing for a number.
+    /// The values of a choice, `off` and `on` for a switch; empty for a number.
     #[must_use]
     pub fn names(&self) -> Vec<Named> {
         match self.kind {

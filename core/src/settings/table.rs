@@ -1,5 +1,4 @@
-//! The settings, those of a group together. A row holds key, name, figures, field, attributes and
-//! meaning.
+//! The settings, group by group. A row holds key, name, figures, field, attributes and meaning.
 
 mod driving;
 mod estimation;
@@ -11,7 +10,7 @@ mod sensor;
 use super::setting::{Acts, Group, Needs, Setting, Source};
 use crate::slam::Method;
 
-/// A simulated robot's.
+/// Settings of a simulated robot.
 const SIMULATED: Group = Group {
     name: "",
     sources: &[Source::Simulation],
@@ -19,25 +18,25 @@ const SIMULATED: Group = Group {
     needs: Needs::Nothing,
     acts: Acts::OnRestart,
 };
-/// A robot's that is driven from here.
+/// Settings of a robot that is driven from here.
 const DRIVEN: Group = Group {
     sources: &[Source::Simulation, Source::Live],
     acts: Acts::AtOnce,
     ..SIMULATED
 };
-/// A recorded log's.
+/// Settings of a recorded log.
 const RECORDED: Group = Group {
     sources: &[Source::Recording],
     ..SIMULATED
 };
-/// Any robot's.
+/// Settings of any robot.
 const ANY: Group = Group {
     sources: &[Source::Simulation, Source::Recording, Source::Live],
     ..DRIVEN
 };
-/// The methods that look for lines, and draw a grid as each scan comes.
+/// The methods that find lines, and draw each scan into the grid as it comes.
 const BY_LINES: &[Method] = &[Method::LineEkf, Method::PriorMap];
-/// All settings, each group in one piece, a choice before the settings that depend on it.
+/// All settings, each group contiguous, a choice before the settings that depend on it.
 const TABLE: [&[Setting]; 19] = [
     sensor::LIDAR,
     sensor::RANGERS,
@@ -60,7 +59,7 @@ const TABLE: [&[Setting]; 19] = [
     driving::EXPLORATION,
 ];
 
-/// All settings, those of a group together.
+/// All settings, group by group.
 pub fn table() -> impl Iterator<Item = &'static Setting> + Clone {
     TABLE.into_iter().flatten()
 }

@@ -1,4 +1,4 @@
-//! Every entry of the table reads what it writes, and nothing else changes.
+//! Every entry of the table reads what it writes, and changes nothing else.
 
 use super::*;
 use crate::features::SplitRule;
@@ -21,7 +21,7 @@ const LIVE: Scope = Scope {
 };
 
 impl Settings {
-    /// Sets one number, whatever the run is fed by and however it estimates.
+    /// Sets one number, whatever the source and the method.
     fn set(&mut self, key: &str, value: f64) -> Result<(), String> {
         let setting = find(key).map_err(|e| e.to_string())?;
         setting.check(value).map_err(|e| e.to_string())?;
@@ -49,7 +49,7 @@ fn keys_are_unique_and_groups_stand_together() {
     assert_eq!(groups.len(), in_a_row);
 }
 
-/// Settings for which the setting of this key has what it needs, by every sensor that gives it.
+/// Settings in which the setting of this key has what it needs, one for each sensor that has it.
 fn with_needs(key: &str) -> Vec<Settings> {
     let setting = find(key).unwrap();
     let mut all = all();
@@ -85,7 +85,7 @@ fn every_setting_reads_what_was_written_and_leaves_the_others_alone() {
                 let mut after = before.clone();
                 after.set(key, value).unwrap();
                 assert_eq!(after.get(setting), Some(value), "{key}");
-                // A type of ranger brings its ranges; all others stay.
+                // Another type of ranger brings its own ranges; all other settings stay.
                 let others = table().filter(|s| s.key != key && key != "rangers.type");
                 for other in others {
                     if let (Some(was), Some(is)) = (before.get(other), after.get(other)) {
@@ -97,7 +97,7 @@ fn every_setting_reads_what_was_written_and_leaves_the_others_alone() {
     }
 }
 
-/// Checks the configurations that check themselves.
+/// Validates all configurations that have a `validate`.
 fn validated(settings: &Settings) -> Result<(), String> {
     let slam = &settings.slam;
     slam.lines.validate().map_err(|e| e.to_string())?;
@@ -112,8 +112,8 @@ fn validated(settings: &Settings) -> Result<(), String> {
 
 #[test]
 fn a_configuration_allows_just_what_the_table_does() {
-    // Groups whose configurations check themselves, but for these: any number of points is one,
-    // and any number a seed.
+    // Groups whose configurations validate themselves. Exceptions are settings for which any number
+    // is valid, such as a number of points or a seed.
     let checked = [
         "Sensor",
         "Lines",
@@ -350,7 +350,7 @@ fn what_was_fitted_is_what_the_settings_take() {
     assert_eq!(settings.wear.used(), Some(wear));
     let known = settings.odometry.calibration(&model);
     assert_eq!(known.noise, Some(TrackNoise::Proportional(fit.noise)));
-    // A robot of which nothing better is known speaks for itself.
+    // Without better knowledge the robot's own figures are used.
     assert_eq!(
         all().remove(0).odometry.calibration(&model),
         OdometryCalibration::default()

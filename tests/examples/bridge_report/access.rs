@@ -1,4 +1,4 @@
-//! Who is refused, and with which code; and that none of it moved the robot.
+//! Which clients are refused, and with which code; and that none of them moved the robot.
 
 use serde_json::{Map, Value, json};
 use slamlab_core::robot::Command;
@@ -9,7 +9,7 @@ use crate::client::{Bridge, Client};
 use crate::robot::with_robot;
 use crate::{crowding, door, named, words};
 
-/// A flood of `minutes` is the last case.
+/// The last case is a flood of `minutes`.
 pub(crate) async fn report(minutes: f64) -> (bool, Value) {
     let (config, memory) = with_robot();
     let bridge = Bridge::start(config).await;
@@ -105,7 +105,7 @@ async fn disk() -> (bool, Value) {
     crate::disk::report().await
 }
 
-/// A disk is filled by Linux's limits.
+/// The disk is filled by means of Linux's limits.
 #[cfg(not(target_os = "linux"))]
 async fn disk() -> (bool, Value) {
     (false, json!("a full disk is tried on Linux only"))

@@ -1,4 +1,4 @@
-//! A bridge in a process of its own, and what can be done to it from outside.
+//! A bridge in a separate process, and what can be done to it from outside.
 
 use std::net::SocketAddr;
 use std::os::unix::fs::FileExt;
@@ -14,14 +14,14 @@ pub(crate) struct BridgeProcess {
     child: Child,
     pub(crate) address: SocketAddr,
     pub(crate) recording: PathBuf,
-    /// Holds the seconds by which its time of day is off.
+    /// File with the seconds by which its clock is off.
     step: PathBuf,
 }
 
 impl BridgeProcess {
-    /// Starts it; token and time step are in `folder`. Writes beyond a limit fail, as on a full
-    /// disk, and do not end it. Where there is a bucket it records into the folder of `recording`,
-    /// in which it stores what others finished.
+    /// Starts it; token and clock offset are in `folder`. Writes beyond a limit fail, as on a full
+    /// disk, without ending it. If there is a bucket, it records into `recordings` in `folder`
+    /// instead of to `recording`, and stores from there also what others finished.
     pub(crate) async fn start(
         program: &str,
         source: &str,
@@ -86,7 +86,7 @@ impl BridgeProcess {
         self.child.kill().await.unwrap();
     }
 
-    /// Its files may grow no more.
+    /// Its files can no longer grow.
     pub(crate) async fn fill_disk(&self) {
         let length = std::fs::metadata(&self.recording).unwrap().len();
         let status = Command::new("prlimit")
@@ -96,7 +96,7 @@ impl BridgeProcess {
         assert!(status.unwrap().success());
     }
 
-    /// Its time of day jumps.
+    /// Its clock jumps.
     pub(crate) fn step_clock(&self, seconds: i64) {
         let file = std::fs::File::options().write(true).open(&self.step);
         file.unwrap()
@@ -104,7 +104,7 @@ impl BridgeProcess {
             .unwrap();
     }
 
-    /// Its own memory, kB: not what it shares with files.
+    /// Its private memory, kB, without what it shares with files.
     pub(crate) fn anonymous_kb(&self) -> f64 {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.pid())).unwrap();
         let line = status
@@ -114,10 +114,10 @@ impl BridgeProcess {
             .unwrap()
     }
 
-    /// Time that processors spent on it so far, s: Linux counts in hundredths.
+    /// Processor time that it has used so far, s; Linux counts in hundredths.
     pub(crate) fn processor_seconds(&self) -> f64 {
         let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.pid())).unwrap();
-        // Behind the name, which may hold anything, come state and numbers; user and system time
+        // After the name, which may hold anything, follow state and numbers; user and system time
         // are fields 14 and 15 (proc(5)).
         let fields = stat.rsplit_once(')').unwrap().1.split_whitespace();
         let ticks = fields
@@ -132,7 +132,7 @@ impl BridgeProcess {
     }
 }
 
-/// The library that steps a program's time of day, compiled once for each folder.
+/// The library that shifts a program's clock, compiled once for each folder.
 async fn clock_step(folder: &Path) -> PathBuf {
     let library = folder.join("clock_step.so");
     if !library.exists() {

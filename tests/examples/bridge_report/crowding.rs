@@ -1,4 +1,4 @@
-//! What a watcher without the token does to everybody else, case by case: each was possible once.
+//! What a watcher without the token can do to others, case by case: each was possible once.
 
 use std::time::{Duration, Instant};
 
@@ -24,7 +24,7 @@ pub(crate) async fn report() -> (bool, Map<String, Value>) {
     (holds, cases)
 }
 
-/// Driver and honest watcher stay, and the robot gets no more than ten orders a second.
+/// Driver and honest watcher stay connected, and the robot gets at most ten orders a second.
 async fn burst() -> Value {
     let (config, memory) = with_robot();
     let bridge = Bridge::start(config).await;
@@ -65,11 +65,11 @@ async fn answers(client: &mut Client) -> bool {
     timeout(SOON, answer).await.unwrap_or(false)
 }
 
-/// From as many addresses as it takes; and as many stand at the door and say nothing.
+/// Watchers from as many addresses as it takes; and as many connections that never say anything.
 async fn crowd() -> Value {
     let (config, memory) = with_robot();
     let limits = Limits {
-        // None of them says anything more.
+        // None of them sends anything more.
         heartbeat: Duration::from_secs(3600),
         ..limits()
     };
@@ -88,7 +88,7 @@ async fn crowd() -> Value {
         idle.push(stream_from(bridge.address, 2 + number % 5).await);
     }
     let from = Instant::now();
-    // A connection that is refused ends in a panic: that of a task.
+    // A refused connection ends in a panic, so it runs in a task.
     let address = bridge.address;
     let token = bridge.token.clone();
     let owner = tokio::spawn(async move {

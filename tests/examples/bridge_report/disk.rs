@@ -1,5 +1,5 @@
-//! A disk that fills up while a robot is driven: the driver is told so in words, with the path, and
-//! drives on.
+//! A disk that fills up while a robot is driven: the driver is told in words, with the path, and
+//! can drive on.
 
 use std::time::Duration;
 
@@ -10,11 +10,12 @@ use tokio::time::{Instant, interval, sleep, timeout};
 use crate::bridge_process::BridgeProcess;
 use crate::client::{Came, Client};
 
-/// From the full disk to the words: what was written last is forced to the disk each second.
+/// Maximum time from the full disk to the message: recent writes are flushed to the disk each
+/// second.
 const SOON: Duration = Duration::from_secs(5);
 const NEVER: Duration = Duration::from_secs(30);
 
-/// What the driver was told, and whether it still drives then.
+/// What the driver was told, and whether it can still drive then.
 pub(crate) async fn report() -> (bool, Value) {
     let Ok(program) = std::env::var("SLAMLAB_BRIDGE") else {
         return (false, json!("SLAMLAB_BRIDGE names no program"));

@@ -1,5 +1,5 @@
-//! Who is turned away before there is a WebSocket, over plain sockets; and an order under a lease
-//! that is no more.
+//! Clients that are refused before the WebSocket opens, over plain sockets; and orders under a
+//! lease that has ended.
 
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
@@ -15,7 +15,7 @@ use crate::client::Bridge;
 use crate::robot::with_robot;
 
 const CROWD: usize = 1000;
-/// More than the bridge allows for a request's header.
+/// Longer than the bridge waits for a request's header.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Each case, and whether all hold; the robot must not have moved.
@@ -49,7 +49,7 @@ pub(crate) async fn report() -> (bool, Map<String, Value>) {
             &json!({ "served": served, "open_at_the_end": open }),
         ),
     );
-    // All of them gone, it serves again.
+    // Once all of them are gone, it serves again.
     let watcher = timeout(PATIENCE, bridge.watcher()).await;
     cases.insert(
         "afterwards".into(),
@@ -92,7 +92,7 @@ async fn status(stream: &mut TcpStream) -> Option<u16> {
     std::str::from_utf8(&head[9..]).ok()?.parse().ok()
 }
 
-/// A header that comes byte by byte; seconds until the bridge ends it.
+/// A header that arrives byte by byte; seconds until the bridge closes the connection.
 async fn slowloris(address: SocketAddr) -> Option<f64> {
     let mut stream = TcpStream::connect(address).await.ok()?;
     let begun = Instant::now();
@@ -110,7 +110,7 @@ async fn slowloris(address: SocketAddr) -> Option<f64> {
     None
 }
 
-/// Somebody took over; whoever drove before comes back, and sends orders under the lease that it
+/// Somebody took over; the previous driver comes back, and sends orders under the lease that it
 /// had, and under the one that is not its own.
 async fn stale_lease(bridge: &Bridge) -> bool {
     let mut before = bridge.driver().await;
@@ -136,8 +136,8 @@ async fn stale_lease(bridge: &Bridge) -> bool {
     true
 }
 
-/// As many as come: how many got a WebSocket, and how many still have one at the end, for those who
-/// came first make room.
+/// Many connections: how many got a WebSocket, and how many still have one at the end, because the
+/// first to come make room.
 async fn crowd(address: SocketAddr) -> (usize, usize) {
     let own = address.to_string();
     let mut all = Vec::with_capacity(CROWD);
@@ -147,7 +147,7 @@ async fn crowd(address: SocketAddr) -> (usize, usize) {
             continue;
         };
         let text = request(&own, &format!("http://{own}"));
-        // One that is turned away may find the door shut already.
+        // A refused connection may already be closed.
         let _ = stream.write_all(text.as_bytes()).await;
         if status(&mut stream).await == Some(101) {
             served += 1;

@@ -1,13 +1,13 @@
 //! From the edge of an encoder to a client, with the real firmware on its line of 38400 baud.
 //!
-//! 1. The robot stands; the simulator is asked for the next edge.
-//! 2. A driver turns it. Edge, and when the telemetry that tells of it had left the chip, by the
-//!    simulator; the first odometry that is not at rest, by the client: all by the clock of this
-//!    machine.
+//! 1. The robot stands; the simulator is asked for the time of the next edge.
+//! 2. A driver turns the robot. Three times are taken, all by the clock of this machine: by the
+//!    simulator, the edge, and when the telemetry that reports it had left the chip; by the client,
+//!    the first odometry that is not at rest.
 //!
-//! Firmware and line take up to a period of telemetry (20 ms) and its bytes' time; what is judged
-//! is the rest, that of the bridge. A trial without an answer counts as one of [`LONGEST`], unless
-//! the simulator itself was kept waiting meanwhile; repeated trials are counted.
+//! Firmware and line take up to a period of telemetry (20 ms) plus the time of its bytes; the rest,
+//! the bridge's part, is judged. A trial without an answer counts as one of [`LONGEST`], unless the
+//! simulator itself was kept waiting meanwhile; repeated trials are counted.
 
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
@@ -21,12 +21,12 @@ use crate::stand::Stand;
 use crate::torn::Torn;
 
 const TRIALS: usize = 100;
-/// How long a trial is waited for.
+/// Maximum waiting time of a trial.
 const LONGEST: Duration = Duration::from_secs(2);
 /// Real time that the simulated robot may lose in a trial, s.
 const CALM: f64 = 0.01;
 
-/// `None` where the programs are not named.
+/// `None` if the programs are not named.
 pub(crate) async fn measure(torn: Option<Arc<Torn>>) -> Option<Value> {
     let bridge = std::env::var("SLAMLAB_BRIDGE").ok()?;
     let robot = std::env::var("SLAMLAB_RP6_SIM").ok()?;
@@ -34,7 +34,7 @@ pub(crate) async fn measure(torn: Option<Arc<Torn>>) -> Option<Value> {
     let mut driver = stand.driver().await;
     let (mut whole, mut robots, mut bridges) = (Vec::new(), Vec::new(), Vec::new());
     let (mut repeated, mut unanswered) = (0, 0);
-    // A slow machine may stop a robot; many such are no measurement.
+    // A slow machine may stop a robot; too many such trials are no measurement.
     for _ in 0..2 * TRIALS {
         if whole.len() == TRIALS {
             break;
@@ -83,7 +83,7 @@ async fn rest(driver: &mut Client) {
     drive_until(driver, 0.0, Duration::from_millis(700), |_| false).await;
 }
 
-/// Seconds since 1970 when the first odometry of a robot came that turns.
+/// Unix time, s, at which the first odometry of the turning robot arrived.
 async fn first_motion(driver: &mut Client) -> Option<f64> {
     let turns = |message: &FromBridge| matches!(message, FromBridge::Odometry(body) if body.motion != [0.0; 3]);
     let came = drive_until(driver, 0.6, LONGEST, turns).await?;
@@ -91,7 +91,7 @@ async fn first_motion(driver: &mut Client) -> Option<f64> {
     Some(since.as_secs_f64())
 }
 
-/// Turns at 20 Hz until what is looked for has come, or `time` is over.
+/// Turns at 20 Hz until the searched event has come, or `time` is over.
 async fn drive_until(
     driver: &mut Client,
     turn: f64,

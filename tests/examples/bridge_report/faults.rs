@@ -1,4 +1,4 @@
-//! From a fault to the order to stop at the robot, many times with random timing.
+//! Time from a fault to the stop order at the robot, many times with random timing.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -39,7 +39,7 @@ pub(crate) async fn report(trials: usize, torn: Option<&Arc<Torn>>) -> (bool, Va
     for fault in ALL {
         let mut took = Vec::new();
         while took.len() < trials {
-            // Eight robots at a time: nearly all of a trial is waiting.
+            // Eight robots at a time, because a trial is mostly waiting.
             let delays: Vec<f64> = numbers.by_ref().take(8.min(trials - took.len())).collect();
             let trials = delays.into_iter().map(|delay| {
                 let delay = Duration::from_secs_f64(0.1 + 0.2 * delay);

@@ -1,5 +1,5 @@
-//! Fifty hostile clients for some minutes: the driver's messages are answered in time, nobody
-//! honest is closed, a newcomer stops the robot, and memory does not grow.
+//! Fifty hostile clients for some minutes: the driver's messages are answered in time, no honest
+//! client is closed, a newcomer stops the robot, and memory does not grow.
 
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -15,9 +15,9 @@ use crate::robot::{Memory, with_robot};
 
 const HOSTILE: usize = 50;
 const HONEST: usize = 5;
-/// Highest 99th percentile of the driver's probes.
+/// Maximum 99th percentile of the driver's probes.
 const DRIVER_P99: Duration = Duration::from_millis(20);
-/// From the connection of a newcomer to its Stop at the robot.
+/// Maximum time from the connection of a newcomer to its stop order at the robot.
 const STOP: Duration = Duration::from_millis(50);
 /// How much memory may grow after the first fifth of the time, kB: that of a few sockets.
 const GROWTH_KB: f64 = 8192.0;
@@ -94,14 +94,14 @@ fn p99(all: &[Duration]) -> Duration {
     sorted.get(at).copied().unwrap_or(Duration::MAX)
 }
 
-/// What a task of a client found; none where its connection was ended.
+/// The result of a client's task; none if its connection was closed.
 async fn joined<T>(task: JoinHandle<Option<T>>) -> Option<T> {
     task.await.ok().flatten()
 }
 
 fn hostile_process(bridge: &Bridge) -> Child {
     let program = std::env::current_exe().unwrap();
-    // They would be machines of their own: what they need of this one is not the bridge's.
+    // In reality they would be other machines: their use of this one must not count for the bridge.
     Command::new("nice")
         .args(["-n", "19"])
         .arg(program)
@@ -113,8 +113,8 @@ fn hostile_process(bridge: &Bridge) -> Child {
         .unwrap()
 }
 
-/// Drives as long as others let it, and asks ten times a second how long an answer takes; how often
-/// it armed, and the times.
+/// Drives as long as others let it, and measures ten times a second how long an answer takes;
+/// returns how often it armed, and the times.
 async fn drive(mut driver: Client, whole: Duration) -> Option<(u32, Vec<Duration>)> {
     driver.take(false).await;
     let epoch = driver.epoch;
@@ -139,7 +139,7 @@ async fn drive(mut driver: Client, whole: Duration) -> Option<(u32, Vec<Duration
             }
         }
     }
-    // One that never came took as long as that.
+    // An answer that never came counts with the time waited.
     answers.extend(
         asked
             .map(|at| at.elapsed())
@@ -148,7 +148,7 @@ async fn drive(mut driver: Client, whole: Duration) -> Option<(u32, Vec<Duration
     Some((armed, answers))
 }
 
-/// Watches to the end; none where it was closed.
+/// Watches to the end; none if it was closed.
 async fn watch(mut watcher: Client, whole: Duration) -> Option<()> {
     let begun = Instant::now();
     let mut ticks = tokio::time::interval(Duration::from_secs(1));
@@ -164,13 +164,13 @@ async fn watch(mut watcher: Client, whole: Duration) -> Option<()> {
     Some(())
 }
 
-/// Somebody without the token opens the page and stops the robot: until the hub has dealt with it,
-/// for messages of one client are dealt with in order. None where it does not get in, or the robot
-/// was not stopped.
+/// A client without the token opens the page and stops the robot. Returns the time until the hub
+/// has processed the stop, since messages of one client are processed in order; none if the client
+/// was refused, or the robot was not stopped.
 async fn newcomer(bridge: &Bridge, memory: &Memory) -> Option<Duration> {
     let from = Instant::now();
     let address = bridge.address;
-    // A connection that is refused ends in a panic: that of a task.
+    // A refused connection ends in a panic, so it runs in a task.
     let task = tokio::spawn(async move {
         let mut client = Client::connect(address, "").await;
         let hello = client.hello(None);
@@ -183,11 +183,11 @@ async fn newcomer(bridge: &Bridge, memory: &Memory) -> Option<Duration> {
         from.elapsed()
     });
     let took = task.await.ok()?;
-    // The robot's own thread takes it a moment later.
+    // The robot's own thread takes the order a moment later.
     while !memory.stopped_since(from) && from.elapsed() < STOP {
         sleep(Duration::from_millis(1)).await;
     }
-    // Its own order, or one less than 100 ms before it that others caused.
+    // Its own order, or one less than 100 ms earlier that others caused.
     memory
         .stopped_since(from.checked_sub(Duration::from_millis(100))?)
         .then_some(took)
@@ -206,7 +206,8 @@ async fn shown_out(bridge: &Bridge) -> u64 {
     figure("slamlab_shown_out_total ")
 }
 
-/// Memory of this process, which the bridge is in, kB: not what it shares with files.
+/// Private memory of this process, which includes the bridge, kB, without what it shares with
+/// files.
 fn anonymous_kb() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
     let line = status

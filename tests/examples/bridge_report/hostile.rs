@@ -1,5 +1,5 @@
-//! Clients without the token that do what they can to be in the way. They run in a process of their
-//! own, so that what they cost themselves is not measured.
+//! Clients without the token that try to disturb others. They run in a separate process, so their
+//! own cost is not measured.
 
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -15,7 +15,7 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::{Data, OpCode};
 
 use crate::client::Client;
 
-/// What each of them does; they come in turn.
+/// Kinds of attack; the clients take them in turn.
 #[derive(Clone, Copy)]
 enum Way {
     StopBursts,
@@ -34,15 +34,15 @@ const WAYS: [Way; 5] = [
 ];
 /// Messages at once.
 const BURST: usize = 390;
-/// Between two connections of the same client.
+/// Pause between two connections of the same client.
 const AGAIN: Duration = Duration::from_millis(50);
 
-/// Until it is killed: `count` clients, each of which comes back whenever it is shown out.
+/// Runs until it is killed: `count` clients, each of which comes back whenever it is thrown out.
 pub(crate) async fn run(address: SocketAddr, count: usize) {
     for way in WAYS.into_iter().cycle().take(count) {
         tokio::spawn(async move {
             loop {
-                // A connection that is refused ends in a panic: that of a task.
+                // A refused connection ends in a panic, so it runs in a task.
                 let once = tokio::spawn(attack(way, address));
                 let _ = timeout(Duration::from_secs(20), once).await;
                 sleep(AGAIN).await;
@@ -62,7 +62,7 @@ async fn attack(way: Way, address: SocketAddr) {
             let mut client = Client::connect_narrow(address, 2048).await;
             let hello = client.hello(None);
             client.say(hello).await;
-            // It says that it is there, and reads nothing.
+            // It keeps itself alive, and reads nothing.
             loop {
                 sleep(Duration::from_secs(1)).await;
                 client.say(ToBridge::Heartbeat).await;
@@ -88,7 +88,7 @@ async fn bursts(address: SocketAddr, message: &ToBridge) {
     client.end().await;
 }
 
-/// A message that never ends, in the smallest pieces.
+/// A message that never ends, in the smallest fragments.
 async fn fragments(address: SocketAddr) {
     let mut client = Client::connect(address, "").await;
     client.enter(None).await;
@@ -99,7 +99,7 @@ async fn fragments(address: SocketAddr) {
         if client.socket.feed(Message::Frame(frame)).await.is_err() {
             return;
         }
-        // What the bridge says must be read, or it ends the connection for that.
+        // Messages of the bridge must be read, or it closes the connection for that reason.
         let _ = timeout(Duration::ZERO, client.socket.next()).await;
     }
 }

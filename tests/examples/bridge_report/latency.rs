@@ -1,8 +1,8 @@
 //! From the robot's thread to a client in the same process, over a socket of this machine: 200
-//! readings a second and the scans of a lidar, alone, beside 50 watchers, and beside them of a
-//! bridge that maps: delays, and messages a second to all of them. Then what 50 watchers cost a
-//! bridge in a process of its own, which simulates its robot and records: part of one core, and its
-//! own memory. And from an encoder's edge: [`crate::edge`].
+//! readings a second and the scans of a lidar, in three cases: alone, beside 50 watchers, and the
+//! same with a bridge that maps. Delays, and messages a second to all clients. Then what 50
+//! watchers cost a bridge in a separate process, which simulates its robot and records: part of one
+//! core, and its private memory. And from an encoder's edge: [`crate::edge`].
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -50,7 +50,7 @@ fn is_below(figures: &Value) -> bool {
     below("median_ms", MEDIAN_MS) && below("p99_ms", P99_MS)
 }
 
-/// `null` where the simulator of the firmware is not named: what was not measured does not hold.
+/// `null` if the simulator of the firmware is not named: what was not measured does not hold.
 async fn edge(torn: Option<Arc<Torn>>) -> Value {
     #[cfg(target_os = "linux")]
     if let Some(figures) = crate::edge::measure(torn).await {
@@ -107,7 +107,7 @@ async fn measure(watchers: usize, map: Option<MapConfig>, torn: Option<&Torn>) -
     figures
 }
 
-/// Reads all to the end, and counts it.
+/// Reads and counts all messages to the end.
 async fn watch(mut watcher: Client, received: Arc<AtomicU64>) {
     let mut beat = tokio::time::interval(Duration::from_secs(1));
     loop {
@@ -121,7 +121,7 @@ async fn watch(mut watcher: Client, received: Arc<AtomicU64>) {
     }
 }
 
-/// `null` where there is no bridge in a process of its own, or no `/proc`.
+/// `null` if there is no bridge in a separate process, or no `/proc`.
 async fn cost(torn: Option<&Torn>) -> Value {
     #[cfg(target_os = "linux")]
     if let Ok(program) = std::env::var("SLAMLAB_BRIDGE") {

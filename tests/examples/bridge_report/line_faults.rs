@@ -1,15 +1,16 @@
-//! Faults with the real firmware at the other end: how long its motors still get voltage.
+//! Faults with the real firmware at the other end: how long its motors are still powered.
 //!
-//! 1. The bridge has to stop the robot within 250 ms, its frame's time on the line apart; where the
-//!    bridge or the line is gone, the firmware alone within 400 ms, its last order's time on a
-//!    whole line apart. Both by the chip's registers and clock. A fault that must not stop it does
-//!    not, and the robot still stops in time when its driver is gone.
-//! 2. After each, the robot must stand until somebody arms it.
-//! 3. All is recorded; what was acknowledged can be read after the disk was full, and after the
-//!    bridge was killed.
-//! 4. A trial in which the machine let the chip's clock run behind by more than `CALM` proves
-//!    nothing, and is repeated.
-//! 5. Nearly all of a trial is waiting: [`STANDS`] run side by side, where the fault is no work.
+//! 1. The bridge has to stop the robot within 250 ms, not counting its frame's time on the line; if
+//!    the bridge or the line is gone, the firmware alone has to within 400 ms, not counting its
+//!    last order's time on an intact line. Both are measured by the chip's registers and clock. A
+//!    fault that must not stop the robot does not, and the robot still stops in time when its
+//!    driver is gone.
+//! 2. After each fault, the robot must stand until somebody arms it.
+//! 3. Everything is recorded; what was acknowledged can be read after the disk was full, and after
+//!    the bridge was killed.
+//! 4. A trial in which the machine delayed the chip's clock by more than `CALM` proves nothing, and
+//!    is repeated.
+//! 5. A trial is mostly waiting: [`STANDS`] run in parallel, unless the fault itself is work.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -25,17 +26,17 @@ use crate::torn::Torn;
 
 const BRIDGE: f64 = 0.250;
 const FIRMWARE: f64 = 0.400;
-/// A stop on the line, and a period of the firmware's loop, s.
+/// Time of a stop on the line, plus a period of the firmware's loop, s.
 const LINE: f64 = 0.012;
 const CALM: f64 = 0.02;
 const STANDS: usize = 8;
-/// With the one that each trial has, as many as may watch.
+/// Together with the watcher of each trial, the most that may watch.
 const WATCHERS: u8 = 199;
-/// From one address alone not so many may.
+/// A single address may not have as many.
 const FROM_ONE_ADDRESS: u8 = 70;
-/// A bridge has let go of the clients of a trial before, and lets new ones in.
+/// Maximum time until a bridge has released the clients of an earlier trial, and lets new ones in.
 const NEVER: Duration = Duration::from_secs(60);
-/// Growth of a bridge's own memory over all faults that it outlives that is none, kB.
+/// Growth of a bridge's private memory over all faults that it survives that is still ignored, kB.
 const LITTLE: f64 = 8192.0;
 
 /// What breaks.
@@ -57,7 +58,7 @@ enum Fault {
     WatcherStops,
 }
 
-/// With the limit of whoever must stop the robot.
+/// Each fault with the time limit of the part that must stop the robot.
 const ALL: [(Fault, f64); 14] = [
     (Fault::SerialCut, FIRMWARE),
     (Fault::HalfFrame, FIRMWARE),
@@ -76,7 +77,7 @@ const ALL: [(Fault, f64); 14] = [
 ];
 
 impl Fault {
-    /// At so many stands side by side; two hundred readers are work for the machine.
+    /// How many trials run in parallel; two hundred readers are work for the machine.
     fn at_once(self) -> usize {
         match self {
             Self::Watchers200 => 1,
@@ -84,7 +85,7 @@ impl Fault {
         }
     }
 
-    /// Whether each of its trials is a bridge's last.
+    /// Whether each of its trials ends the bridge.
     fn ends_bridge(self) -> bool {
         self == Self::BridgeKilled || self.spoils()
     }
@@ -95,18 +96,17 @@ impl Fault {
     }
 }
 
-/// What came of the trials of a fault.
+/// The results of the trials of a fault.
 #[derive(Default)]
 struct Tally {
     took: Vec<Duration>,
     repeated: usize,
     failures: Vec<String>,
-    /// A bridge's own memory after each, kB.
+    /// A bridge's private memory after each trial, kB.
     memory: Vec<f64>,
 }
 
-/// Those `faults` only whose names stand there, all if none does; `None` where the programs are not
-/// named.
+/// Only the named `faults`, all if none is named; `None` if the programs are not named.
 pub(crate) async fn report(
     trials: usize,
     faults: &[String],
@@ -116,7 +116,7 @@ pub(crate) async fn report(
     let robot = std::env::var("SLAMLAB_RP6_SIM").ok()?;
     let mut stands = Vec::new();
     let (mut figures, mut holds) = (Map::new(), true);
-    // Of bridges that live on from fault to fault: one that is begun anew has more to upload.
+    // Of bridges that live on from fault to fault, because a restarted one has more to upload.
     let (mut lives, mut life) = (Vec::new(), Vec::new());
     let mut numbers = slamlab_tests::numbers();
     let is_wanted = |(fault, _): &(Fault, f64)| {
@@ -150,8 +150,7 @@ pub(crate) async fn report(
         eprintln!("{fault:?}: {figure}");
         figures.insert(format!("{fault:?}"), figure);
     }
-    // 200 watchers have their price, which is no growth; they are judged by what is left after
-    // them.
+    // 200 watchers take memory, which is not growth; they are judged by what is left after them.
     lives.push(life);
     let grown = |life: &Vec<f64>| Some(life.last()? - life.first()?);
     let is_bounded = lives.iter().filter_map(grown).all(|grown| grown < LITTLE);
@@ -185,7 +184,7 @@ async fn run(
     all
 }
 
-/// `share` trials at one stand; no more than there are `delays`, each 0 to 1.
+/// `share` trials at one stand, but no more than there are `delays`, each 0 to 1.
 async fn alone(mut stand: Stand, fault: Fault, share: usize, delays: Vec<f64>) -> (Stand, Tally) {
     let mut tally = Tally::default();
     for delay in delays {
@@ -194,7 +193,7 @@ async fn alone(mut stand: Stand, fault: Fault, share: usize, delays: Vec<f64>) -
         }
         let delay = Duration::from_secs_f64(0.1 + 0.2 * delay);
         let came = trial(&mut stand, fault, delay).await;
-        // A bridge that the trial spoilt before it broke off is no bridge for the next.
+        // A bridge that a failed trial has spoilt cannot be used for the next.
         if fault.spoils() && !matches!(came, Ok(Some(_))) {
             tally.failures.extend(stand.kill_bridge(0).await.err());
         }
@@ -208,17 +207,18 @@ async fn alone(mut stand: Stand, fault: Fault, share: usize, delays: Vec<f64>) -
     (stand, tally)
 }
 
-/// Seconds of the chip until its registers were 0; `None` where the machine was too slow to say.
+/// Time until the registers were 0, by the chip's clock, s; `None` if the machine was too slow to
+/// tell.
 async fn trial(stand: &mut Stand, fault: Fault, delay: Duration) -> Result<Option<f64>, String> {
     let mut driver = stand.driver().await;
     let mut other = stand.watcher().await;
-    // They go at its end, however it ends.
+    // They leave when the trial ends, however it ends.
     let _crowd = crowd(stand, fault).await;
     turn(&mut driver, delay).await;
     let report = prepare(stand, fault, &mut driver, &mut other).await;
     if !stand.robot.moves().await {
-        // A machine that kept the driver waiting stopped it; but where something is broken already,
-        // that did.
+        // If the machine kept the driver waiting, that has stopped the robot; but if something is
+        // already broken, the fault has.
         return match fault.spoils() {
             true => Err("it does not go on".into()),
             false => Ok(None),
@@ -259,12 +259,12 @@ async fn trial(stand: &mut Stand, fault: Fault, delay: Duration) -> Result<Optio
     if fault.spoils() {
         stand.kill_bridge(report).await?;
     }
-    // None: a machine that was too slow had stopped it before the fault.
+    // None if a machine that was too slow had stopped it before the fault.
     Ok(took.filter(|_| before.is_some_and(|before| behind - before < CALM)))
 }
 
-/// What breaks while the robot is to go on; how many messages of the recording were acknowledged by
-/// then.
+/// Breaks what is to be broken while the robot goes on; returns how many messages of the recording
+/// were acknowledged by then.
 async fn prepare(stand: &mut Stand, fault: Fault, driver: &mut Client, other: &mut Client) -> u64 {
     match fault {
         Fault::DiskFull => stand.bridge().fill_disk().await,
@@ -272,7 +272,7 @@ async fn prepare(stand: &mut Stand, fault: Fault, driver: &mut Client, other: &m
         Fault::BridgeKilled => (),
         _ => return 0,
     }
-    // It is reported each second; meanwhile the robot is driven on.
+    // It is reported within a second; meanwhile the robot is driven on.
     let is_full = fault == Fault::DiskFull;
     let report = other.wait(|message| match message {
         FromBridge::Recording(body) if body.fault.is_some() == is_full => Some(body.acknowledged),
@@ -289,7 +289,7 @@ async fn prepare(stand: &mut Stand, fault: Fault, driver: &mut Client, other: &m
     report
 }
 
-/// Those who watch beside it, until they are dropped.
+/// The other watchers, until they are dropped.
 async fn crowd(stand: &Stand, fault: Fault) -> JoinSet<()> {
     let address = stand.bridge().address;
     let mut crowd = JoinSet::new();
@@ -311,7 +311,7 @@ async fn crowd(stand: &Stand, fault: Fault) -> JoinSet<()> {
     crowd
 }
 
-/// A watcher of `127.0.0.LAST`, as soon as there is a place for it.
+/// A watcher from `127.0.0.LAST`, as soon as there is a place for it.
 async fn watcher_from(address: SocketAddr, last: u8) -> Client {
     let until = Instant::now() + NEVER;
     loop {
@@ -330,7 +330,7 @@ async fn watcher_from(address: SocketAddr, last: u8) -> Client {
     }
 }
 
-/// Reads on, with pauses.
+/// Keeps reading, with pauses.
 async fn watch(mut client: Client, pause: Duration) {
     let mut said = Instant::now();
     loop {

@@ -1,15 +1,15 @@
-//! Measures the bridge over real sockets on this machine, prints JSON, and exits with 0 only if all
-//! of it holds.
+//! Measures the bridge over real sockets on this machine, prints JSON, and exits with 0 only if
+//! everything holds.
 //!
 //! `cargo run --release -p slamlab-tests --example bridge_report -- faults [TRIALS]|line-faults
 //! [TRIALS [FAULT...]]|latency|access [MINUTES]|soak [MINUTES]`
 //!
-//! `faults`, `latency` and `soak` have a router and a bucket that die and come back where the
-//! programs of [`torn`] are named: `cargo xtask report soak --torn`.
+//! `faults`, `latency` and `soak` use a router and a bucket that die and come back if the programs
+//! of [`torn`] are named: `cargo xtask report soak --torn`.
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
 
-// The tests' own robot and client, of which each report uses a part.
+// The tests' own robot and client; each report uses a part of them.
 #[allow(dead_code)]
 #[path = "../../tests/bridge_ws/client.rs"]
 mod client;
@@ -105,7 +105,7 @@ async fn main() -> ExitCode {
     }
 }
 
-/// At the registers of the real firmware, where its simulator is named, and at the robot's source.
+/// At the registers of the real firmware, if its simulator is named, and at the robot's source.
 async fn all_faults(trials: usize, torn: Option<&Arc<torn::Torn>>) -> (bool, Value) {
     let at_the_source = faults::report(trials, torn).await;
     #[cfg(target_os = "linux")]
@@ -123,7 +123,7 @@ fn number(default: f64) -> f64 {
     second.map_or(default, |number| number.parse().unwrap())
 }
 
-/// What stands behind the number.
+/// The arguments after the number.
 #[cfg(target_os = "linux")]
 fn names() -> Vec<String> {
     std::env::args().skip(3).collect()

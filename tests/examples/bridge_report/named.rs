@@ -1,4 +1,4 @@
-//! Named rights: who may do what, and what is left of one that was taken away.
+//! Named rights: who may do what, and what remains of a right that was revoked.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ use crate::client::Bridge;
 use crate::rights_stand::{Stand, drive_on};
 use crate::robot::with_robot;
 
-/// From the command that takes a right away to the robot's stop, at most.
+/// Maximum time from the command that revokes a right to the robot's stop.
 const AT_ONCE: Duration = Duration::from_millis(1000);
 
 /// Each case, and whether all hold.
@@ -136,7 +136,7 @@ pub(crate) async fn report() -> (bool, Map<String, Value>) {
     (holds, cases)
 }
 
-/// Names by which the bridge is called: case and expected status, and the status that came.
+/// Host names for the bridge: each case with its expected status, and the status received.
 async fn hosts() -> Vec<((&'static str, u16), Option<u16>)> {
     let config = Config {
         hosts: vec!["robot.example.com".into()],

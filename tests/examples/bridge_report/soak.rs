@@ -1,13 +1,13 @@
 //! Long runs: nothing grows.
 //!
 //! 1. [`device`]: 24 hours of an RP6 behind the bridge's own serial device, as fast as the machine
-//!    goes; both have no clock.
-//! 2. Meanwhile a bridge in a process of its own for `--minutes`, with a simulated robot, a
-//!    recording, a driver, watchers, and somebody who comes and goes; each ten seconds its memory,
-//!    handles, threads and delays.
+//!    can; neither has a clock.
+//! 2. Meanwhile a bridge in a separate process for `--minutes`, with a simulated robot, a
+//!    recording, a driver, watchers, and a client that comes and goes; every ten seconds its
+//!    memory, handles, threads and delays.
 //!
-//! A figure grows where the line through its samples, the first fifth left out, rises by more than
-//! 5 % of the mean and more than chance (3 σ): see [`crate::trend`].
+//! A figure grows if the line through its samples, without the first fifth, rises by more than 5 %
+//! of the mean and more than chance (3 σ): see [`crate::trend`].
 
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -70,7 +70,7 @@ async fn start(torn: Option<&Torn>) -> Process {
         .kill_on_drop(true);
     match torn {
         None => command.arg(folder.path().join("soak.mcap")),
-        // Pieces so small that many are finished, and stored, meanwhile.
+        // Pieces so small that many are finished and stored meanwhile.
         Some(torn) => command
             .arg(recordings(&folder))
             .args(["--record-piece-mib", "1", "--config"])
@@ -101,7 +101,7 @@ async fn start(torn: Option<&Torn>) -> Process {
     }
 }
 
-/// Where pieces go that are stored.
+/// The folder from which pieces are stored.
 fn recordings(folder: &tempfile::TempDir) -> std::path::PathBuf {
     let recordings = folder.path().join("recordings");
     std::fs::create_dir_all(&recordings).unwrap();
@@ -160,7 +160,7 @@ async fn real(time: Duration, torn: Option<&Torn>) -> (bool, Value) {
     (holds, figures.into())
 }
 
-/// What is looked at.
+/// What is sampled.
 struct Sample {
     anonymous_kb: f64,
     handles: f64,
@@ -195,7 +195,7 @@ type Pick = fn(&Sample) -> f64;
 
 fn judge(samples: &[(f64, Sample)]) -> (bool, Map<String, Value>) {
     let settled = &samples[samples.len() / 5..];
-    // Growth that never counts, in the figure's own unit.
+    // The growth that is always ignored, in the figure's own unit.
     let rows: [(&str, Pick, f64); 5] = [
         ("anonymous_kb", |s| s.anonymous_kb, 1024.0),
         ("handles", |s| s.handles, 1.0),
@@ -216,7 +216,7 @@ fn judge(samples: &[(f64, Sample)]) -> (bool, Map<String, Value>) {
     (holds, figures)
 }
 
-/// Asks ten times a second how long it takes, ms.
+/// Measures ten times a second how long an answer takes, ms.
 async fn probe(client: &mut Client, until: Instant) -> Vec<f64> {
     let began = Instant::now();
     let mut delays = vec![];
@@ -250,7 +250,7 @@ async fn watch(mut client: Client, until: Instant) {
     }
 }
 
-/// Drives in circles; arms again after whatever stops the robot.
+/// Drives in circles; arms again after anything that stops the robot.
 async fn drive(address: std::net::SocketAddr, token: &str, until: Instant) {
     let mut client = Client::connect(address, "").await;
     assert!(client.enter(Some(token)).await);

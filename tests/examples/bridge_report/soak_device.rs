@@ -1,8 +1,7 @@
-//! An RP6 at the bridge's own serial device, faster than real time: neither of them has a clock.
+//! An RP6 at the bridge's own serial device, faster than real time: neither has a clock.
 //!
-//! Once in three minutes the line is cut or the robot reset; in between it drives to and fro. Each
-//! simulated hour: memory of this process, and how far the stamps that the bridge tells are from
-//! the truth.
+//! Every three minutes the line is cut or the robot reset; in between it drives to and fro. Each
+//! simulated hour: memory of this process, and the error of the stamps that the bridge reports.
 
 use serde_json::{Value, json};
 use slamlab_bridge::source::{Order, SourceEvent};
@@ -15,7 +14,7 @@ use crate::trend::Trend;
 
 const TICK: f64 = 0.01;
 const TICKS_OF_AN_HOUR: u32 = 360_000;
-/// Between two faults.
+/// Ticks between two faults.
 const TICKS_OF_CALM: u32 = 18_000;
 
 pub(crate) fn run(hours: u32) -> (bool, Value) {
@@ -45,7 +44,7 @@ pub(crate) fn run(hours: u32) -> (bool, Value) {
         bridge.receive(&said, now);
         bridge.tick(now);
         pair.take(&mut bridge, &mut robot, now);
-        // `done` is the robot's memory of the harness, not of the bridge.
+        // `done` is memory of the test harness, not of the bridge.
         robot.done.clear();
         if (tick + 1) % TICKS_OF_AN_HOUR == 0 {
             let hour = f64::from((tick + 1) / TICKS_OF_AN_HOUR);
@@ -71,7 +70,7 @@ pub(crate) fn run(hours: u32) -> (bool, Value) {
 struct Pair {
     odometries: u32,
     ups: u32,
-    /// Age of an odometry when it is reported, s.
+    /// Age of an odometry reading when it is reported, s.
     worst_age: f64,
 }
 

@@ -1,8 +1,8 @@
-//! A test stand: a bridge in a process of its own, and the real firmware in simavr on a
-//! pseudo-terminal in another.
+//! A test stand: a bridge in one process, and the real firmware in simavr on a pseudo-terminal in
+//! another.
 //!
-//! In: faults, at random instants while the robot turns on the spot. Out: how long its motors still
-//! got voltage, by the compare registers of the chip and the chip's own clock.
+//! In: faults, at random instants while the robot turns on the spot. Out: how long its motors were
+//! still powered, by the compare registers and the clock of the chip.
 //!
 //! The programs are named by `SLAMLAB_BRIDGE` and `SLAMLAB_RP6_SIM`.
 
@@ -21,7 +21,7 @@ use crate::bridge_process::BridgeProcess;
 use crate::client::Client;
 use crate::torn::Torn;
 
-/// Whatever is waited for comes sooner, or never.
+/// A timeout: whatever is awaited comes sooner or never.
 const NEVER: Duration = Duration::from_secs(60);
 
 /// The robot.
@@ -67,7 +67,8 @@ impl Robot {
         self.ask("facts").await["moves"].as_bool().unwrap()
     }
 
-    /// Seconds that its motors still ran, chip's clock, and real seconds that the chip lost so far.
+    /// Time that its motors still ran, by the chip's clock, s, and real time that the chip has lost
+    /// so far, s.
     pub(crate) async fn stopped(&mut self) -> (Option<f64>, f64) {
         let until = Instant::now() + Duration::from_secs(10);
         loop {
@@ -119,7 +120,7 @@ impl Stand {
             torn.settle(bridge.address).await;
         }
         self.bridge = Some(bridge);
-        // Of bridges that are gone nobody wants to know any more.
+        // The files of bridges that have ended are no longer needed.
         let _ = old.map(std::fs::remove_file);
     }
 
@@ -128,7 +129,7 @@ impl Stand {
         Some(self.folder.path().join(format!("{last}.mcap")))
     }
 
-    /// Of the bridge, if one runs.
+    /// Private memory of the bridge, if one runs.
     pub(crate) fn anonymous_kb(&self) -> Option<f64> {
         self.bridge.as_ref().map(BridgeProcess::anonymous_kb)
     }
@@ -137,7 +138,8 @@ impl Stand {
         self.bridge.as_ref().expect("a driver has started it")
     }
 
-    /// Nothing that a program could catch; then its recording must hold all that was acknowledged.
+    /// A signal that no program can catch; afterwards the recording must hold all that was
+    /// acknowledged.
     pub(crate) async fn kill_bridge(&mut self, acknowledged: u64) -> Result<(), String> {
         let Some(bridge) = self.bridge.take() else {
             return Ok(());
@@ -169,7 +171,7 @@ impl Stand {
         client
     }
 
-    /// A client that drives the robot, which turns on the spot.
+    /// A client that drives the robot and turns it on the spot.
     pub(crate) async fn driver(&mut self) -> Client {
         if self.bridge.is_none() {
             self.start_bridge().await;
@@ -179,7 +181,7 @@ impl Stand {
         let until = Instant::now() + NEVER;
         while Instant::now() < until {
             arm(&mut client).await;
-            // A robot that has just come back wants a moment without orders.
+            // A robot that has just come back needs a moment without orders.
             client.hold_for(Duration::from_millis(400)).await;
             turn(&mut client, Duration::from_millis(400)).await;
             if self.robot.moves().await {
@@ -190,7 +192,8 @@ impl Stand {
     }
 }
 
-/// Arms as soon as the robot's link is up; asking all the time would be more than the bridge hears.
+/// Arms as soon as the robot's link is up; asking continuously would exceed what the bridge
+/// accepts.
 async fn arm(client: &mut Client) {
     let epoch = client.epoch;
     let until = Instant::now() + NEVER;

@@ -1,14 +1,14 @@
 //! A router and a bucket that die and come back, again and again, while something else is measured:
-//! what holds of a bridge without them must hold of one whose robot is reached through that router
-//! and whose recordings are stored in that bucket.
+//! what holds for a bridge without them must also hold for one whose robot is reached through that
+//! router and whose recordings are stored in that bucket.
 //!
 //! | what | its life |
 //! |---|---|
 //! | Zenoh router, a process | killed every few seconds, and started again |
-//! | S3-compatible server, a process | killed by turns with: the bucket is gone, the server is there |
+//! | S3-compatible server, a process | in turns, the server is killed or the bucket is removed |
 //!
 //! The programs are named by `SLAMLAB_ROUTER` (`router_report`) and `SLAMLAB_STORE`
-//! (`slamlab-storage-report`). Whichever is not named is not there, and its figures are null.
+//! (`slamlab-storage-report`). A part that is not named is absent, and its figures are null.
 
 use std::io;
 use std::net::SocketAddr;
@@ -30,27 +30,27 @@ use tokio::time::sleep;
 use crate::started::{self, free_port};
 use crate::web;
 
-/// Each is there for so long, and then away for so long.
+/// How long each is there, and then away.
 const THERE: Duration = Duration::from_millis(5000);
 const AWAY: Duration = Duration::from_millis(2500);
-/// A bridge is given so long to come to the router before it is measured: its pauses between tries
-/// grow to 4 s.
+/// Time for a bridge to reach the router before it is measured: its pauses between attempts grow to
+/// 4 s.
 const COMES: Duration = Duration::from_secs(10);
-/// From the return of both to a bridge that is at the router and has stored all.
+/// Maximum time after the return of both until a bridge is at the router and has stored everything.
 const MENDED: Duration = Duration::from_secs(120);
 const BUCKET: &str = "drives";
 const REGION: &str = "eu-central-1";
-/// As `tests/storage` has it.
+/// The same key as in `tests/storage`.
 const KEY: (&str, &str) = ("slamlab", "a-secret-of-the-report");
 
-/// Both, until this is dropped.
+/// Router and bucket, until this is dropped.
 pub(crate) struct Torn {
     endpoint: String,
     store: Option<SocketAddr>,
     folder: TempDir,
     bridges: AtomicU64,
     deaths: Arc<Deaths>,
-    /// Of the bridges that were measured, those that were at the router when it began.
+    /// Number of measured bridges, and of those that had found the router before the measurement.
     measured: [AtomicU64; 2],
     is_torn: watch::Sender<bool>,
     tearing: Vec<JoinHandle<()>>,
@@ -64,7 +64,7 @@ struct Deaths {
 }
 
 impl Torn {
-    /// They run, and begin to die; `None` where no router is named.
+    /// Starts both, and their failures; `None` if no router is named.
     pub(crate) async fn start() -> Option<Arc<Self>> {
         let router = std::env::var("SLAMLAB_ROUTER").ok()?;
         let folder = tempfile::tempdir().unwrap();
@@ -77,7 +77,7 @@ impl Torn {
         let router = Program(router, vec!["router".into(), config.to_string()]);
         let deaths = Arc::new(Deaths::default());
         let (is_torn, torn) = watch::channel(true);
-        // Both are there before anybody asks for them.
+        // Both are there before they are first used.
         let first = router.start().await;
         let dying = kill_router(router, first, Arc::clone(&deaths), torn.clone());
         let mut tearing = vec![tokio::spawn(dying)];
@@ -104,7 +104,7 @@ impl Torn {
         }))
     }
 
-    /// The same bridge, at the router and with recordings in the bucket.
+    /// The same settings, with the router and with recordings in the bucket.
     pub(crate) fn on(&self, config: Config) -> Config {
         let name = self.name();
         let record = self.folder.path().join(&name);
@@ -132,8 +132,8 @@ impl Torn {
         }
     }
 
-    /// Settings for a bridge in a process of its own, in a file in `folder`, and what its
-    /// recordings are called in the bucket.
+    /// Writes settings for a bridge in a separate process into a file in `folder`, including the
+    /// name of its recordings in the bucket.
     pub(crate) fn settings(&self, folder: &Path) -> PathBuf {
         let name = self.name();
         let mut settings = json!({ "zenoh": { "router": self.endpoint, "name": name } });
@@ -147,7 +147,7 @@ impl Torn {
         file
     }
 
-    /// Waits until the bridge has found the router, if it does soon, and counts whether it has.
+    /// Waits until the bridge has found the router, for a limited time, and counts whether it has.
     pub(crate) async fn settle(&self, bridge: SocketAddr) {
         let begun = Instant::now();
         let mut is_there = false;
@@ -160,8 +160,8 @@ impl Torn {
         }
     }
 
-    /// Lets both live on, and waits until the bridge is at the router and all that it finished is
-    /// in the bucket, byte for byte.
+    /// Lets both live on, and waits until the bridge is at the router and everything that it
+    /// finished is in the bucket, byte for byte.
     pub(crate) async fn mends(&self, bridge: SocketAddr, recordings: &Path) -> (bool, Value) {
         self.is_torn.send_replace(false);
         let begun = Instant::now();
@@ -176,7 +176,7 @@ impl Torn {
             }
         }
         let (equal, all) = self.equal_pieces(recordings);
-        // One is being written.
+        // One is still being written.
         let are_equal = self.store.is_none() || equal > 0 && equal + 1 >= all;
         let holds = is_back.is_some() && is_stored.is_some() && are_equal;
         let seconds = |time: Option<Duration>| time.map(|time| time.as_secs_f64());
@@ -200,7 +200,8 @@ impl Torn {
         })
     }
 
-    /// Whether there was anything to hold against.
+    /// Whether router, server and bucket each failed at least once, and a measured bridge had found
+    /// the router.
     pub(crate) fn was_torn(&self) -> bool {
         let has = |count: &AtomicU64| count.load(Ordering::Relaxed) > 0;
         let deaths = &self.deaths;
@@ -208,12 +209,12 @@ impl Torn {
         has(&deaths.router) && of_store && has(&self.measured[1])
     }
 
-    /// Of a robot that was not there yet.
+    /// The name of a robot that was not used before.
     fn name(&self) -> String {
         format!("robot-{}", self.bridges.fetch_add(1, Ordering::Relaxed))
     }
 
-    /// Pieces of that folder that are in the bucket as they are here, and all of them.
+    /// Number of pieces of this folder that are equal in the bucket, and of all.
     fn equal_pieces(&self, recordings: &Path) -> (usize, usize) {
         let bucket = self.folder.path().join("buckets").join(BUCKET);
         let robots = std::fs::read_dir(bucket).unwrap().flatten();
@@ -222,7 +223,8 @@ impl Torn {
         let stem = |path: &Path| path.file_stem().unwrap().to_str().unwrap().to_owned();
         let is_there = |piece: &&PathBuf| {
             let here = std::fs::read(piece).unwrap();
-            // There a name goes on with what tells it from those of other robots.
+            // In the bucket, a name continues with a suffix that distinguishes it from those of
+            // other robots.
             let mut copies = stored
                 .iter()
                 .filter(|copy| stem(copy).starts_with(&stem(piece)));
@@ -234,7 +236,7 @@ impl Torn {
 
 impl Drop for Torn {
     fn drop(&mut self) {
-        // With them go their processes.
+        // With them their processes end.
         self.tearing.iter().for_each(JoinHandle::abort);
     }
 }
@@ -282,7 +284,7 @@ async fn kill_router(
     }
 }
 
-/// By turns the server dies, and the bucket is gone.
+/// In turns, kills the server and removes the bucket.
 async fn kill_store(
     program: Program,
     mut child: Child,
@@ -297,13 +299,13 @@ async fn kill_store(
         std::fs::rename(&bucket, &gone).unwrap();
         deaths.bucket.fetch_add(1, Ordering::Relaxed);
         sleep(AWAY).await;
-        // A request that was under way may have made it anew: what it stored stays.
+        // A request in progress may have made the bucket anew: what it stored is kept.
         merge(&bucket, &gone).unwrap();
         std::fs::rename(&gone, &bucket).unwrap();
     }
 }
 
-/// Moves all of a folder into another one, and takes it away; does nothing where there is none.
+/// Moves the content of a folder into another one, and removes it; does nothing if it is absent.
 fn merge(from: &Path, into: &Path) -> io::Result<()> {
     if !from.is_dir() {
         return Ok(());
@@ -319,7 +321,7 @@ fn merge(from: &Path, into: &Path) -> io::Result<()> {
     std::fs::remove_dir(from)
 }
 
-/// For so long, and for ever once nothing is torn any more.
+/// Waits for this time, or for ever once the failures have ended.
 async fn lives(time: Duration, is_torn: &mut watch::Receiver<bool>) {
     sleep(time).await;
     if is_torn.wait_for(|is_torn| *is_torn).await.is_err() {
@@ -327,7 +329,7 @@ async fn lives(time: Duration, is_torn: &mut watch::Receiver<bool>) {
     }
 }
 
-/// A program and its words.
+/// A program and its arguments.
 struct Program(String, Vec<String>);
 
 impl Program {
@@ -335,7 +337,7 @@ impl Program {
         started::start(&self.0, &self.1).await
     }
 
-    /// It lives, dies, and comes back.
+    /// One cycle: it lives, dies, and comes back.
     async fn dies(&self, child: &mut Child, deaths: &AtomicU64, torn: &mut watch::Receiver<bool>) {
         lives(THERE, torn).await;
         child.kill().await.unwrap();

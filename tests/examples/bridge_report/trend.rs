@@ -1,22 +1,22 @@
-//! Whether something grows: a straight line through samples over time.
+//! Whether a figure grows: a straight line through samples over time.
 
 use serde_json::{Value, json};
 
-/// Growth over the whole time that counts as none, part of the mean.
+/// Growth over the whole time that is ignored, as a fraction of the mean.
 const LITTLE: f64 = 0.05;
 
-/// A least-squares line, with what it is worth.
+/// A least-squares line, with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Trend {
     mean: f64,
-    /// Growth over the whole time, and its standard deviation: neighbouring samples are alike, so
-    /// their number is taken to be a tenth.
+    /// Growth over the whole time, and its standard deviation: neighbouring samples are correlated,
+    /// so the effective number is taken to be a tenth.
     growth: f64,
     sigma: f64,
 }
 
 impl Trend {
-    /// Of samples (time, value) in order of time; at least three.
+    /// From samples (time, value) in order of time; at least three.
     pub(crate) fn of(samples: &[(f64, f64)]) -> Option<Self> {
         let (first, last) = (samples.first()?, samples.last()?);
         let n = samples.len() as f64;
@@ -55,8 +55,8 @@ impl Trend {
     }
 }
 
-/// A line through known points, and noise without a trend: run before each soak, for a judge that
-/// never condemns proves nothing.
+/// A line through known points, and noise without a trend: checked before each soak, because a test
+/// that never fails proves nothing.
 pub(crate) fn check() {
     let line: Vec<_> = (0..100)
         .map(|k| (f64::from(k), 100.0 + f64::from(k)))

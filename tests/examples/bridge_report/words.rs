@@ -1,5 +1,6 @@
-//! What cost a stop or a drive once, or was not said: slips of a client of rosbridge, a key that is
-//! held at once, settings that let nobody or everybody in, a token's file that is none.
+//! Errors that once prevented a stop or a drive, or were not reported: slips of a client of
+//! rosbridge, a key that is held at once, settings that let nobody or everybody in, an invalid
+//! token file.
 
 use std::time::{Duration, Instant};
 
@@ -20,7 +21,7 @@ use crate::client::{Bridge, Came};
 use crate::robot::{is_motion, with_robot};
 
 const PATIENCE: Duration = Duration::from_secs(10);
-/// From a stop to the robot's order.
+/// Maximum time from a stop to the robot's order.
 const AT_ONCE: Duration = Duration::from_millis(250);
 
 /// Each case, and whether all hold.
@@ -66,7 +67,8 @@ pub(crate) async fn report() -> (bool, Map<String, Value>) {
         );
     }
 
-    // A look aside, or whatever else, takes no key's place: who arms and holds it at once drives.
+    // A look to the side, or any other order, must not replace the held key: a person who arms and
+    // holds it at once drives.
     let from = Instant::now();
     let mut driver = bridge.driver().await;
     driver.take(false).await;
@@ -115,7 +117,7 @@ pub(crate) async fn report() -> (bool, Map<String, Value>) {
     (holds, cases)
 }
 
-/// A slip, and at once the stop of a robot that drives: until its order.
+/// A client's slip, followed at once by the stop of a moving robot: time until its order.
 async fn stop_after(
     bridge: &Bridge,
     memory: &crate::robot::Memory,
@@ -157,7 +159,8 @@ async fn stop_after(
     Some(memory.stopped_after(from).await)
 }
 
-/// A robot that scans standing, only, looks aside on a leg: how often its driver is told.
+/// A robot that only scans while standing looks to the side during a leg: how often its driver is
+/// told.
 async fn looks() -> usize {
     let source = SimSource::new("arena,rangers").unwrap();
     let bridge = Bridge::start(Config {
@@ -167,7 +170,7 @@ async fn looks() -> usize {
     .await;
     let mut driver = bridge.armed().await;
     let mut looks = 0;
-    // Until a sweep has shown what is ahead, safe mode lets nothing run.
+    // Until a sweep has shown what is ahead, safe mode lets nothing move.
     for motion in [Command::Scan, Command::Forward(0.3)] {
         driver.say(ToBridge::Drive(driver.body(motion))).await;
         let given = driver.sequence;
@@ -196,7 +199,7 @@ async fn looks() -> usize {
     looks
 }
 
-/// What is no token stays as it is.
+/// A file that is not a token stays as it is.
 fn renewed() -> (bool, String) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("notes.txt");

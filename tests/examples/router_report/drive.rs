@@ -1,5 +1,5 @@
-//! Three robots at a router: one is driven by a right and stopped by others; what that takes, and
-//! whether anything of the safety path is lost on the way.
+//! Three robots at a router: one is driven by a right and stopped by others; how long that takes,
+//! and whether any message of the safety path is lost.
 
 use std::time::{Duration, Instant};
 
@@ -17,11 +17,11 @@ use crate::{part, spread};
 const NAMES: [&str; 3] = ["anna", "berta", "clara"];
 /// How often the robot is driven and stopped.
 const ROUNDS: usize = 20;
-/// Each time it is driven for so long.
+/// Driving time of each round.
 const DRIVEN: Duration = Duration::from_millis(500);
-/// What the way through the router may add to an answer.
+/// Maximum delay that the path through the router may add to an answer.
 const ADDED_P99_MS: f64 = 10.0;
-/// From a stop at the router until all are told, at most.
+/// Maximum time from a stop at the router until all are told.
 const STOP_MS: f64 = 200.0;
 
 pub(crate) async fn report() -> (bool, Value) {
@@ -30,7 +30,7 @@ pub(crate) async fn report() -> (bool, Value) {
     for name in NAMES {
         bridges.push(Bridge::start(&["--zenoh", &endpoint, "--zenoh-name", name]).await);
     }
-    // The router comes last: robots are served without it, and find it.
+    // The router is started last: robots are served without it, and find it.
     let mut is_absent_said = true;
     for bridge in &bridges {
         is_absent_said &= bridge.says("no router answers at").await;
@@ -51,15 +51,15 @@ pub(crate) async fn report() -> (bool, Value) {
         if round > 0 {
             driver.take_and_arm().await;
         }
-        // Back and forth, for it is in a room.
+        // Back and forth, because it is in a room.
         let forward = if round % 2 == 0 { 0.1 } else { -0.1 };
         let both = (&mut through, &mut straight);
         moved += usize::from(drive(&mut driver, &mut direct, both, forward).await);
         forge(&session, &driver).await;
         let stopper = remote::session(&router.endpoint, &json!({})).await;
         let begun = Instant::now();
-        // By turns as a client, who comes in for that, and as whoever reaches the router.
-        // It stays until it is done, for a token that goes may overtake a message.
+        // In turns, as a client that enters for this purpose, and as any program that reaches the
+        // router. It stays until it is done, because a disappearing token may overtake a message.
         let mut other = None;
         match round % 2 {
             0 => {
@@ -110,7 +110,8 @@ pub(crate) async fn report() -> (bool, Value) {
     (holds, figures)
 }
 
-/// Drives, and asks meanwhile how long answers take on both ways; whether the robot moved.
+/// Drives, and meanwhile measures how long answers take on both paths; returns whether the robot
+/// moved.
 async fn drive(
     driver: &mut Remote,
     direct: &mut Client,
@@ -139,13 +140,13 @@ async fn drive(
             })
             .await;
         straight.push(asked.elapsed());
-        // Below what a watcher may say, who asks on the straight way.
+        // The direct path is asked less often than a watcher may speak.
         sleep(Duration::from_millis(60)).await;
     }
     has_moved
 }
 
-/// A stranger writes at the driver's key: it must neither end the lease nor the conversation.
+/// A stranger writes to the driver's key: it must neither end the lease nor the conversation.
 async fn forge(session: &zenoh::Session, driver: &Remote) {
     let epoch = driver.epoch;
     for message in [ToBridge::Release { epoch }, ToBridge::EmergencyStop] {
@@ -157,7 +158,8 @@ async fn forge(session: &zenoh::Session, driver: &Remote) {
     session.put(&driver.key, "no message").await.unwrap();
 }
 
-/// Drives on until it is told that the robot is disarmed; what that took, if it was by that stop.
+/// Drives on until it is told that the robot is disarmed; returns the time, if that stop was the
+/// cause.
 async fn wait_for_disarmed(driver: &mut Remote, begun: Instant, forward: f64) -> Option<Duration> {
     let mut driven = Instant::now();
     while driver.safety.armed {
@@ -174,7 +176,7 @@ async fn wait_for_disarmed(driver: &mut Remote, begun: Instant, forward: f64) ->
     (driver.safety.reason == DisarmReason::Stop).then(|| begun.elapsed())
 }
 
-/// Every state of safety that the bridge itself tells, until the emergency stop that ends it.
+/// Every safety state that the bridge itself reports, until the emergency stop that ends it.
 fn watch(address: std::net::SocketAddr) -> JoinHandle<Vec<SafetyBody>> {
     tokio::spawn(async move {
         let mut watcher = Client::connect(address, "").await;
@@ -204,15 +206,16 @@ async fn end(watching: JoinHandle<Vec<SafetyBody>>, direct: &mut Client) -> Vec<
     states
 }
 
-/// How many of `all` are not in `told`, in their order. What was told before somebody came is told
-/// to it once more, so the first may differ.
+/// How many of `all` are not in `told`, in their order. A newcomer is told the last earlier state
+/// again, so the first may differ.
 fn missing(all: &[SafetyBody], told: &[SafetyBody]) -> usize {
     let mut rest = told.iter();
     let is_missing = |state: &&SafetyBody| !rest.any(|one| one == *state);
     all.iter().skip(1).filter(is_missing).count()
 }
 
-/// Who has a wrong token, and who has none and takes the lease: the codes with which they end.
+/// A client with a wrong token, and one without that takes the lease: the codes with which they are
+/// ended.
 async fn intruders(session: &zenoh::Session) -> [Option<u64>; 2] {
     let mut wrong = Remote::connect(session, NAMES[1], 3).await;
     wrong.hello(Some("00112233445566778899aabbccddeeff")).await;
@@ -221,7 +224,7 @@ async fn intruders(session: &zenoh::Session) -> [Option<u64>; 2] {
     [wrong.end().await, watcher.end().await]
 }
 
-/// A fourth bridge of the first one's name: it says so, and does not come to the router.
+/// A fourth bridge with the first one's name: it reports that, and does not connect to the router.
 async fn namesake(session: &zenoh::Session, endpoint: &str) -> bool {
     let second = Bridge::start(&["--zenoh", endpoint, "--zenoh-name", NAMES[0]]).await;
     let words = format!("is called {} already", NAMES[0]);

@@ -1,9 +1,9 @@
-//! A driver in a process of its own, for the tests of the page: takes one robot through the router
-//! by a right, drives it to and fro until it is stopped, and says what it was told.
+//! A driver in a separate process, for the tests of the page: takes one robot through the router by
+//! a right, drives it to and fro until it is stopped, and prints what it was told.
 //!
-//! Out, a line each: `there` once it is in; `driving` once the robot's odometry says that it moves;
-//! `{"reason": …, "told_at_ms": …}` (Unix time) when it is disarmed; `still` when the odometry says
-//! that it stands.
+//! Out, one line each: `there` once it is connected; `driving` once the robot's odometry shows
+//! motion; `{"reason": …, "told_at_ms": …}` (Unix time) when it is disarmed; `still` when the
+//! odometry shows that it stands.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -15,15 +15,15 @@ use tokio::time::{Instant, timeout, timeout_at};
 use crate::remote::{self, Came, Remote};
 use crate::started::NEVER;
 
-/// Between two orders.
+/// Time between two orders.
 const ORDER: Duration = Duration::from_millis(50);
-/// It turns round so often, for it is in a room.
+/// It reverses after this time, because it is in a room.
 const ONE_WAY: Duration = Duration::from_millis(1500);
 const SPEED: f64 = 0.1;
-/// Slower is standing, m/s.
+/// Below this speed it counts as standing, m/s.
 const STANDS: f64 = 1e-3;
 
-/// Until the robot was stopped and stands.
+/// Runs until the robot was stopped and stands.
 pub(crate) async fn be_driver(endpoint: &str, robot: &str, token: &str) {
     let session = remote::session(endpoint, &json!({})).await;
     let (sender, mut speeds) = mpsc::unbounded_channel();

@@ -1,4 +1,4 @@
-//! Three bridges see each other through the router, and each stops whom it is asked to.
+//! Three bridges see each other through the router, and each stops the robots it is asked to stop.
 
 use std::time::{Duration, Instant};
 
@@ -14,7 +14,7 @@ use crate::{part, spread, web};
 
 const NAMES: [&str; 3] = ["anna", "berta", "clara"];
 const ROUNDS: usize = 20;
-/// From a stop at the fleet's page until the driver is told, at most.
+/// Maximum time from a stop at the fleet's page until the driver is told.
 const STOP_MS: f64 = 200.0;
 
 pub(crate) async fn report() -> (bool, Value) {
@@ -25,7 +25,7 @@ pub(crate) async fn report() -> (bool, Value) {
         bridges.push(Bridge::start(&["--zenoh", &endpoint, "--zenoh-name", name]).await);
     }
     let session = remote::session(&endpoint, &json!({})).await;
-    // Each sees all, itself too, with the address of its page.
+    // Each sees all, including itself, with the address of its page.
     let mut seen_by = 0;
     for bridge in &bridges {
         seen_by += usize::from(sees_all(bridge, &bridges).await);
@@ -39,7 +39,7 @@ pub(crate) async fn report() -> (bool, Value) {
     for round in 0..ROUNDS {
         driver.take_and_arm().await;
         shown += usize::from(shows(berta, NAMES[0], true).await);
-        // By turns that robot alone and all, each by another's bridge.
+        // In turns, that robot alone and all, each through another's bridge.
         let (bridge, path) = match round % 2 {
             0 => (berta, "/fleet/stop/anna"),
             _ => (clara, "/fleet/stop"),
@@ -63,7 +63,7 @@ pub(crate) async fn report() -> (bool, Value) {
     let is_stop = |state: &&SafetyBody| !state.armed && state.reason == DisarmReason::Stop;
     let stops_told = told.iter().filter(is_stop).count();
     let refused = refused(berta).await;
-    // A robot that is gone is still listed, and said to be gone.
+    // A robot that is gone is still listed, and reported as gone.
     let [anna, berta, clara] = bridges.try_into().ok().expect("there are three");
     anna.kill().await;
     let is_away_said = becomes(&berta, |fleet| {
@@ -131,12 +131,12 @@ async fn becomes(bridge: &Bridge, is: impl Fn(&Value) -> bool) -> bool {
     false
 }
 
-/// What a foreign page, a bridge that wants the token, and unknown names get.
+/// The status for a foreign page, a bridge that wants the token, and unknown names.
 async fn refused(bridge: &Bridge) -> [u16; 4] {
     let at = bridge.address;
     let (foreign, _) = web::ask(at, "POST", "/fleet/stop", Some("https://evil.example")).await;
-    // Private is taken only with a router that asks for certificates; that none is there is all
-    // one.
+    // Private is accepted only with a router that requires certificates; that none is running does
+    // not matter.
     let folder = tempfile::tempdir().unwrap();
     let ours = Authority::make(folder.path(), "our");
     let [cert, key] = ours.sign(folder.path(), "dora");

@@ -1,5 +1,5 @@
 //! The router is killed while a robot is driven through it, and started again: the robot stops as
-//! on any lost link, is served on at its own address, and comes back to the router.
+//! on any lost link, is still served at its own address, and comes back to the router.
 
 use std::time::{Duration, Instant};
 
@@ -15,10 +15,10 @@ use crate::started::free_port;
 
 const NAME: &str = "doris";
 const TRIALS: u64 = 5;
-/// From the router's end to a robot without motion: 200 ms without an order, and braking.
+/// Maximum time from the router's end to a robot at rest: 200 ms without an order, and braking.
 const STOPPED_MS: f64 = 1000.0;
-/// From the router's return to the robot's: pauses between tries grow to 4 s, and a router looks
-/// who is called alike.
+/// Maximum time from the router's return to the robot's: pauses between attempts grow to 4 s, and
+/// the name is then checked for duplicates.
 const BACK_MS: f64 = 10_000.0;
 
 pub(crate) async fn report() -> (bool, Value) {
@@ -58,7 +58,7 @@ pub(crate) async fn report() -> (bool, Value) {
         .await;
         stopped.push(still.map_or(f64::INFINITY, millis));
         reasons.push(why.name());
-        // Without a router nobody says anything more to it.
+        // Without a router no message can reach it any more.
         let _ = tokio::time::timeout(Duration::from_secs(1), async { session.close().await }).await;
     }
     let is_said = bridge.says("is lost: it is gone").await;
@@ -73,7 +73,7 @@ pub(crate) async fn report() -> (bool, Value) {
     (holds, figures)
 }
 
-/// Reads until speed (m/s) and reason of a robot that is disarmed are as asked.
+/// Reads until the speed (m/s) and the reason of a disarmed robot are as expected.
 async fn wait_until(
     watcher: &mut Client,
     mut holds: impl FnMut(f64, Option<DisarmReason>) -> bool,

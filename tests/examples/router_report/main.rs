@@ -1,8 +1,8 @@
-//! Three bridges in processes of their own, a Zenoh router in another, and clients behind it:
-//! prints JSON, and exits with 0 only if all of it holds.
+//! Three bridges and a Zenoh router, each in a separate process, and clients behind the router:
+//! prints JSON, and exits with 0 only if everything holds.
 //!
-//! `cargo xtask report router`; `cargo xtask report fleet`: the same robots as a page of many shows
-//! them, and a hundred simulated ones. Or with the programs built:
+//! `cargo xtask report router`; `cargo xtask report fleet`: the same robots as the page of the
+//! fleet shows them, and a hundred simulated ones. Or with the programs already built:
 //! `SLAMLAB_BRIDGE=… cargo run -p slamlab-tests --features zenoh --example router_report`
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
@@ -82,7 +82,7 @@ async fn fleet_holds() -> bool {
     print("fleet", figures)
 }
 
-/// Whether all of it holds.
+/// Prints the report; returns whether everything holds.
 fn print<const N: usize>(report: &str, all: [(&str, (bool, Value)); N]) -> bool {
     let mut figures = serde_json::Map::new();
     let mut holds = true;
@@ -102,7 +102,7 @@ fn millis(duration: Duration) -> f64 {
     (duration.as_secs_f64() * 1e5).round() / 100.0
 }
 
-/// The value below which this part of all lies, ms.
+/// The value below which this part of all values lies, ms.
 fn part(all: &[Duration], part: f64) -> f64 {
     let mut sorted = all.to_vec();
     sorted.sort_unstable();

@@ -1,12 +1,13 @@
 //! A hundred simulated robots at a router, and what they cost the bridge whose page shows them;
-//! from three such measurements what a robot costs, and what gives way first when there are more.
+//! from three such measurements, the cost per robot, and which limit is reached first with more
+//! robots.
 //!
-//! A simulated robot has a session of its own, and says what a bridge that maps says of it: token,
-//! states, a pose five times a second, a heartbeat each second. It drives in a circle until it is
-//! stopped. Scans and odometry, which the fleet does not listen to, are left out.
+//! A simulated robot has its own session, and sends what a bridge that maps sends: token, states, a
+//! pose five times a second, a heartbeat each second. It drives in a circle until it is stopped.
+//! Scans and odometry, which the fleet does not listen to, are left out.
 //!
-//! Zenoh is compiled here by the profile of the tests, without optimisation: what is shipped takes
-//! less of the processor, and as many bytes.
+//! Zenoh is compiled here in the profile of the tests, without optimisation: the shipped program
+//! needs less processor time, and as many bytes.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -24,29 +25,29 @@ use crate::process::{Bridge, Router, start_own};
 use crate::started::{NEVER, free_port};
 use crate::{remote, web};
 
-/// Robots of each measurement.
+/// Number of robots in each measurement.
 const COUNTS: [usize; 3] = [10, 30, 100];
-/// How many there are in the fleet that is asked for.
+/// Number of robots in the fleet to extrapolate to.
 const MANY: f64 = 10_000.0;
-/// What there is for them: cores for a bridge, bytes a second to a page (100 Mbit/s), MB for a
+/// The resources available: cores for a bridge, bytes a second to a page (100 Mbit/s), MB for a
 /// bridge; and slots, `MOST` of the bridge's table.
 const CORES: f64 = 1.0;
 const LINK: f64 = 12.5e6;
 const MEMORY: f64 = 1000.0;
 const SLOTS: f64 = 4096.0;
-/// How long each takes.
+/// Duration of each measurement.
 const WATCHED: Duration = Duration::from_secs(10);
-/// As often as the page asks.
+/// Interval at which the page asks.
 const ASK: Duration = Duration::from_millis(200);
-/// No robot's pose may be older, s.
+/// Maximum age of any robot's pose, s.
 const OLDEST: f64 = 1.0;
-/// Between two poses of a robot.
+/// Interval between two poses of a robot.
 const POSE: Duration = Duration::from_millis(200);
 const MICROS: f64 = 1e6;
-/// Clock ticks a second of `/proc/PID/stat`, on all Linux that this runs on.
+/// Clock ticks per second in `/proc/PID/stat`, on every Linux that this runs on.
 const TICKS: f64 = 100.0;
 
-/// So many robots, until it is killed.
+/// Runs `count` robots, until it is killed.
 pub(crate) async fn be_robots(endpoint: &str, count: usize) {
     let mut robots = vec![];
     for number in 0..count {
@@ -169,7 +170,8 @@ pub(crate) async fn report() -> (bool, Value) {
     (holds, json!({ "measured": figures, "cost": cost }))
 }
 
-/// What a robot costs, by straight lines through what was measured, and for how many there is room.
+/// The cost per robot, from straight lines through the measurements, and how many robots there is
+/// room for.
 fn cost(figures: &[Value]) -> Value {
     let mut room = vec![("slots_of_the_table", SLOTS)];
     let mut all = serde_json::Map::new();
@@ -184,7 +186,7 @@ fn cost(figures: &[Value]) -> Value {
             .map(|figure| (number(figure, "robots"), number(figure, name)));
         let Line { fixed, each, worst } = Line::through(&points.collect::<Vec<_>>());
         let most = ((limit - fixed) / each).floor();
-        // A cost that does not grow leaves room for any number.
+        // If the cost does not grow, there is room for any number.
         if each > 0.0 {
             room.push((name, most));
         }
@@ -204,7 +206,7 @@ fn cost(figures: &[Value]) -> Value {
 struct Line {
     fixed: f64,
     each: f64,
-    /// The greatest distance of a point from it.
+    /// The greatest distance of a point from the line.
     worst: f64,
 }
 
@@ -249,7 +251,7 @@ async fn measure(count: usize) -> (bool, Value) {
         revision = fleet["revision"].as_u64().unwrap();
         known.extend(poses(&fleet));
         let now = fleet["now"].as_f64().unwrap();
-        // As old as it is on the page just before the next answer.
+        // The age on the page just before the next answer.
         let ages = known.values().map(|heard| (now - heard) / MICROS);
         slowest = slowest.max(question.elapsed());
         oldest = ages.fold(oldest, f64::max);
@@ -284,7 +286,7 @@ async fn measure(count: usize) -> (bool, Value) {
     (holds, figure)
 }
 
-/// When the pose of each simulated robot was heard, µs.
+/// The time when the pose of each simulated robot was received, µs.
 fn poses(fleet: &Value) -> Vec<(String, f64)> {
     let moved = fleet["moved"].as_array().unwrap().iter();
     let robots = web::here(fleet).into_iter().chain(moved);
@@ -304,7 +306,7 @@ fn armed_of(fleet: &Value) -> usize {
         .count()
 }
 
-/// Seconds of processor time so far.
+/// Processor time so far, s.
 fn cpu(process: u32) -> f64 {
     let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
     let (_, fields) = stat.rsplit_once(')').unwrap();

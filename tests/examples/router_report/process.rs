@@ -1,4 +1,4 @@
-//! A router and bridges, each in a process of its own.
+//! A router and bridges, each in a separate process.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use tokio::time::{Instant, sleep, timeout};
 
 use crate::started::{self, NEVER};
 
-/// A session in a router's mode, which is what `zenohd` opens, until it is killed.
+/// Opens a session in router mode, as `zenohd` does, until it is killed.
 pub(crate) async fn be_router(config: &str) {
     let _session = zenoh::open(self::config(&serde_json::from_str(config).unwrap()))
         .await
@@ -23,7 +23,7 @@ pub(crate) async fn be_router(config: &str) {
     std::future::pending().await
 }
 
-/// Zenoh's settings, from an object of their paths.
+/// Zenoh's settings, from an object with their paths as keys.
 pub(crate) fn config(values: &Value) -> zenoh::Config {
     let mut config = zenoh::Config::default();
     for (key, value) in values.as_object().unwrap() {
@@ -38,13 +38,14 @@ pub(crate) struct Router {
     pub(crate) endpoint: String,
 }
 
-/// This program once more, in another part, once it has said that it is there; until it is dropped.
+/// Starts this program once more in another role, and waits until it says that it is there; it is
+/// ended when this is dropped.
 pub(crate) async fn start_own(part: &[&str]) -> Child {
     started::start(std::env::current_exe().unwrap(), part).await
 }
 
 impl Router {
-    /// At a port of its own, which stays its own when it is started again.
+    /// At a port of its own, which it keeps when it is started again.
     pub(crate) async fn start(endpoint: &str, more: &Value) -> Self {
         let mut config = json!({
             "mode": "router",
@@ -103,12 +104,12 @@ impl Bridge {
         }
     }
 
-    /// What it has said to its log so far.
+    /// Its log so far.
     pub(crate) fn said(&self) -> String {
         self.said.lock().unwrap().clone()
     }
 
-    /// Whether it says this sooner or later.
+    /// Whether these words appear in its log sooner or later.
     pub(crate) async fn says(&self, words: &str) -> bool {
         let until = Instant::now() + NEVER;
         while Instant::now() < until {
@@ -121,7 +122,7 @@ impl Bridge {
         false
     }
 
-    /// Number of its process.
+    /// Its process id.
     pub(crate) fn id(&self) -> u32 {
         self.child.id().expect("it was not waited for")
     }
@@ -131,7 +132,7 @@ impl Bridge {
     }
 }
 
-/// How a bridge that does not start says why: its exit and its only line.
+/// The reason that a bridge gives if it does not start: its exit status and its only line.
 pub(crate) async fn fails(flags: &[&str]) -> Option<String> {
     let folder = tempfile::tempdir().unwrap();
     let output = timeout(NEVER, command(folder.path(), flags).output()).await;

@@ -17,7 +17,7 @@ use zenoh::pubsub::Subscriber;
 use crate::process::config;
 use crate::started::NEVER;
 
-/// A session at a router, as any program may open one.
+/// A session at a router, as any program may open it.
 pub(crate) async fn session(endpoint: &str, more: &Value) -> Session {
     let mut values = json!({
         "mode": "client",
@@ -44,7 +44,7 @@ pub(crate) async fn robots(session: &Session, name: &str) -> Vec<String> {
     all
 }
 
-/// Waits until so many robots are there.
+/// Waits until `count` robots are there.
 pub(crate) async fn wait_for(session: &Session, name: &str, count: usize) -> Option<Duration> {
     let begun = Instant::now();
     while begun.elapsed() < NEVER {
@@ -56,7 +56,7 @@ pub(crate) async fn wait_for(session: &Session, name: &str, count: usize) -> Opt
     None
 }
 
-/// Every state of safety that comes at the router's key, in order.
+/// Every safety state that arrives at the router's key, in order.
 pub(crate) async fn safety(
     session: &Session,
     name: &str,
@@ -75,7 +75,7 @@ pub(crate) async fn safety(
     (listening, states)
 }
 
-/// What came.
+/// What arrived.
 #[derive(Debug)]
 pub(crate) enum Came {
     Message(Box<FromBridge>),
@@ -92,14 +92,14 @@ pub(crate) struct Remote {
     sequence: u32,
     pub(crate) seen: u64,
     pub(crate) epoch: u32,
-    /// As it was told last.
+    /// The last state that it was told.
     pub(crate) safety: SafetyBody,
     _token: LivelinessToken,
     _listening: Subscriber<()>,
 }
 
 impl Remote {
-    /// Comes in as the `number`-th client.
+    /// Enters as the `number`-th client.
     pub(crate) async fn enter(
         session: &Session,
         robot: &str,
@@ -210,7 +210,7 @@ impl Remote {
         self.say(&drive).await;
     }
 
-    /// What has come, without waiting.
+    /// What has arrived, without waiting.
     pub(crate) fn try_next(&mut self) -> Option<Came> {
         let came = self.came.try_recv().ok()?;
         Some(self.note(came))
@@ -244,7 +244,7 @@ impl Remote {
         }
     }
 
-    /// The code with which it is ended.
+    /// The code with which the conversation is ended.
     pub(crate) async fn end(&mut self) -> Option<u64> {
         loop {
             match self.next().await? {

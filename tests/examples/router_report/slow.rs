@@ -1,5 +1,5 @@
-//! A link to the router that takes less than the robot says: what comes is new, and a stop does not
-//! wait for it.
+//! A link to the router that is slower than the robot's data: what arrives is recent, and a stop
+//! does not wait for it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -18,14 +18,14 @@ use crate::started::free_port;
 use crate::{part, spread};
 
 const NAME: &str = "emma";
-/// Bytes a second from the bridge to the router; odometry and scans of the simulated robot have
-/// several times as many.
+/// Rate of the link from the bridge to the router, bytes a second; odometry and scans of the
+/// simulated robot need several times as many.
 const RATE: u64 = 30_000;
 const TRIALS: usize = 10;
-/// From a stop at the router until the bridge has disarmed.
+/// Maximum time from a stop at the router until the bridge has disarmed.
 const STOP_MS: f64 = 100.0;
-/// How old readings are that come through: what the system and Zenoh hold, at that rate, and no
-/// queue that grows.
+/// Maximum age of readings that arrive: what the system and Zenoh buffer at that rate, and no
+/// growing queue.
 const AGE_MS: f64 = 4000.0;
 
 pub(crate) async fn report() -> (bool, Value) {
@@ -39,7 +39,7 @@ pub(crate) async fn report() -> (bool, Value) {
     direct.enter(Some(&bridge.token)).await;
     let (newest, bytes) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
     let (seen, counted) = (Arc::clone(&newest), Arc::clone(&bytes));
-    // All streams: a bridge sends none that nobody asked for.
+    // All streams, because a bridge sends none that is not requested.
     let reading = session
         .declare_subscriber(format!("slamlab/{NAME}/*"))
         .callback(move |sample| {
@@ -51,7 +51,7 @@ pub(crate) async fn report() -> (bool, Value) {
         })
         .await
         .unwrap();
-    // Until what can fill up is full.
+    // Until every buffer that can fill up is full.
     look_for(&mut direct, Duration::from_secs(8)).await;
     let (mut stops, mut ages) = (vec![], vec![]);
     let (before, since) = (bytes.load(Ordering::Relaxed), Instant::now());
@@ -75,7 +75,7 @@ pub(crate) async fn report() -> (bool, Value) {
     drop(reading);
     bridge.kill().await;
     router.kill().await;
-    // Else the link was not what kept it.
+    // Otherwise the link was not the bottleneck.
     let is_full = rate >= 0.6 * RATE as f64;
     let holds = found && is_full && part(&stops, 1.0) <= STOP_MS && part(&ages, 1.0) <= AGE_MS;
     let figures = json!({
@@ -85,7 +85,7 @@ pub(crate) async fn report() -> (bool, Value) {
     (holds, figures)
 }
 
-/// Reads what comes over the straight way, so that its newest is what the bridge says now.
+/// Reads what arrives over the direct path, so its newest message is what the bridge sends now.
 async fn look_for(direct: &mut Client, duration: Duration) {
     let (begun, mut beat) = (Instant::now(), Instant::now());
     while begun.elapsed() < duration {
@@ -97,10 +97,10 @@ async fn look_for(direct: &mut Client, duration: Duration) {
     }
 }
 
-/// A way to `router` that takes [`RATE`] from who connects; its endpoint.
+/// A proxy to `router` that accepts [`RATE`] from whoever connects; returns its endpoint.
 fn narrow(router: String) -> String {
     let socket = TcpSocket::new_v4().unwrap();
-    // Inherited by what it accepts: else the system takes in much of what is to wait.
+    // Inherited by accepted sockets: otherwise the system buffers much of what should wait.
     socket.set_recv_buffer_size(4096).unwrap();
     socket.bind(([127, 0, 0, 1], 0).into()).unwrap();
     let listener = socket.listen(4).unwrap();

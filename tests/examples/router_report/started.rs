@@ -1,4 +1,4 @@
-//! Programs that say `there` once they serve, and ports for them.
+//! Programs that print `there` once they serve, and ports for them.
 
 use std::ffi::OsStr;
 use std::process::Stdio;
@@ -8,10 +8,10 @@ use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::{Child, Command};
 use tokio::time::timeout;
 
-/// Whatever is waited for comes sooner, or never.
+/// A timeout: whatever is awaited comes sooner or never.
 pub(crate) const NEVER: Duration = Duration::from_secs(30);
 
-/// A program, once it has said that it is there; until it is dropped.
+/// A program, once it has said that it is there; it is ended when this is dropped.
 pub(crate) async fn start(program: impl AsRef<OsStr>, words: &[impl AsRef<OsStr>]) -> Child {
     let mut child = Command::new(program)
         .args(words)

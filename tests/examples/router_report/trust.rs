@@ -1,5 +1,5 @@
-//! A router that asks for certificates: who has the right one is let in, and whoever does not trust
-//! whom is said in words; the robot is served at its own address all the same.
+//! A router that requires certificates: clients with the right one are let in, and it is reported
+//! in words who does not trust whom; the robot is still served at its own address.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::process::{Bridge, Router};
 use crate::remote;
 use crate::started::free_port;
 
-/// An authority in a folder of its own.
+/// A certificate authority in a folder of its own.
 pub(crate) struct Authority {
     issuer: Issuer<'static, KeyPair>,
     pub(crate) cert: PathBuf,
@@ -32,7 +32,7 @@ impl Authority {
         Self { issuer, cert }
     }
 
-    /// Certificate and key of who has this name.
+    /// Certificate and key for this name.
     pub(crate) fn sign(&self, folder: &Path, name: &str) -> [PathBuf; 2] {
         let params = CertificateParams::new(vec!["localhost".to_owned()]).unwrap();
         let key = KeyPair::generate().unwrap();

@@ -1,4 +1,4 @@
-//! Requests to a bridge, one a connection.
+//! Requests to a bridge, one per connection.
 
 use std::net::SocketAddr;
 
@@ -39,7 +39,7 @@ pub(crate) async fn fleet(address: SocketAddr) -> Value {
     serde_json::from_str(&body).unwrap()
 }
 
-/// Robots at the router, as the bridge tells of them.
+/// Robots at the router, as the bridge lists them.
 pub(crate) fn here(fleet: &Value) -> Vec<&Value> {
     let robots = fleet["robots"].as_array().unwrap();
     robots

@@ -1,4 +1,4 @@
-//! Settings that cannot be: the bridge does not start, and says what is wrong where, in one line.
+//! Invalid settings: the bridge does not start, and says in one line what is wrong where.
 
 use serde_json::{Value, json};
 

@@ -1,11 +1,10 @@
-//! A lidar that a robot carries: it sees from wherever the robot is, and it turns by the robot's
-//! time.
+//! A lidar that a robot carries: it sees from the robot's pose, and it turns by the robot's time.
 //!
-//! In: bytes for the lidar. Out: those of the lidar.
+//! In: bytes for the lidar. Out: the lidar's bytes.
 //!
-//! A machine that starves a robot makes its time run behind. The world that it moves in is then
-//! behind too: a lidar that went on turning in real time would see the robot creep, and what the
-//! two measure would not be of one world.
+//! If the machine starves a robot of processor time, the robot's time lags behind. The world that
+//! it moves in then lags too: a lidar turning in real time would see the robot creep, and their
+//! measurements would not fit together.
 
 use std::sync::Arc;
 
@@ -19,7 +18,7 @@ pub trait Carrier: Device {
     /// Where it is, in the world's frame.
     fn pose(&self) -> Pose2;
 
-    /// The time that has passed for it, s; it never falls.
+    /// The time that has passed for it, s; it never decreases.
     fn seconds(&self) -> f64;
 }
 
@@ -61,7 +60,7 @@ impl<C: Carrier> Device for Aboard<C> {
     fn advance(&mut self, _: f64) -> Vec<u8> {
         let (pose, now) = self.robot.with(|robot| (robot.pose(), robot.seconds()));
         self.lidar.view.pose = pose;
-        // Without its cable, or without the processor, it did not turn.
+        // Without its cable, or without processor time, it did not turn.
         let seconds = (now - self.turned).min(MOST_AT_ONCE);
         self.turned = now;
         self.lidar.advance(seconds)
@@ -111,11 +110,11 @@ mod tests {
         lidar.receive(&Request::Scan.encode());
         let mut said_at = |seconds: f64| {
             robot.with(|robot| robot.0 = seconds);
-            // Nobody's time but the robot's: an hour passes outside.
+            // Only the robot's time counts: an hour passes outside.
             lidar.advance(3600.0).len()
         };
         assert_eq!(said_at(3.0), 7, "the descriptor");
-        // 5 bytes each half millisecond.
+        // 5 bytes every half millisecond.
         assert_eq!(said_at(3.0201), 40 * 5);
         assert_eq!(said_at(3.0201), 0);
         assert_eq!(said_at(9.0), 100 * 5, "what was missed is not made up for");

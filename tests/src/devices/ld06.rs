@@ -6,9 +6,9 @@ use slamlab_core::wire::ld06::{Packet, READINGS, Reading};
 
 use super::{Device, View};
 
-/// Turns a second.
+/// Revolutions per second.
 const TURNS: u64 = 10;
-/// Readings of a turn: 4500 a second.
+/// Readings per revolution: 4500 a second.
 const READINGS_OF_A_TURN: u64 = 450;
 
 /// The simulated lidar.

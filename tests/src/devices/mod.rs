@@ -1,8 +1,8 @@
-//! Devices that do not exist, at the other end of pseudo-terminals: the bridge cannot tell them
-//! from real ones.
+//! Simulated devices at the other end of pseudo-terminals: the bridge cannot tell them from real
+//! ones.
 //!
 //! In: what the bridge writes. Out: byte for byte what the device would send, from a world of
-//! `core::sim`; and on demand what goes wrong with devices: flipped bits, silence, a pulled cable,
+//! `core::sim`; and on demand the faults of real devices: flipped bits, silence, a pulled cable,
 //! half a frame, a wrong baud rate.
 //!
 //! A device itself ([`Rplidar`], [`Ld06`], [`Rp6`]) has no I/O and no clock; [`Socket`] gives it
@@ -26,10 +26,10 @@ pub use view::View;
 
 /// A device on a serial line, without I/O.
 pub trait Device: Send + 'static {
-    /// The rate that it speaks at; at any other both sides see noise.
+    /// Its baud rate; at any other both sides see noise.
     fn baud_rate(&self) -> u32;
 
-    /// It gets power: all commands are forgotten.
+    /// It is powered on: all commands are forgotten.
     fn power_on(&mut self);
 
     /// Lets time pass while its cable is out, s. Default: without a cable it has no power.
@@ -41,6 +41,6 @@ pub trait Device: Send + 'static {
     /// Takes bytes that were written to it.
     fn receive(&mut self, bytes: &[u8]);
 
-    /// Lets time pass, s; gives the bytes that it sends meanwhile.
+    /// Lets time pass, s; returns the bytes that it sends meanwhile.
     fn advance(&mut self, seconds: f64) -> Vec<u8>;
 }

@@ -1,9 +1,9 @@
-//! An RP6 with slamlab's firmware as its line sees it: boot loader, frames, watchdog and latch,
-//! driving the simulated robot.
+//! An RP6 with slamlab's firmware as seen on its serial line: boot loader, frames, watchdog and
+//! latch, driving the simulated robot.
 //!
-//! The rules are those of `bridge/firmware`: a greeting forgets sequences and stops; a repeated or
-//! stale command is reported and not done; 400 ms without a command stop the motors; an emergency
-//! stop is latched, and its reset moves nothing.
+//! The rules are those of `bridge/firmware`: a greeting resets the sequences and stops the robot; a
+//! repeated or stale command is reported and not executed; 400 ms without a command stop the
+//! motors; an emergency stop is latched, and its reset moves nothing.
 
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Command as Order, RobotModel};
@@ -17,32 +17,32 @@ use super::{Carrier, Device};
 
 /// Silence after which the firmware stops the motors, s.
 const WATCHDOG: f64 = 0.4;
-/// From power on to the boot loader's `[READY]`, s.
+/// Time from power-on to the boot loader's `[READY]`, s.
 const BOOT: f64 = 0.1;
 
 /// The simulated robot.
 #[derive(Clone, Debug)]
 pub struct Rp6 {
     simulation: Simulation,
-    /// Whether its boot loader speaks at power on and waits for `s`.
+    /// Whether its boot loader speaks at power-on and waits for `s`.
     pub has_boot_loader: bool,
-    /// Whether a program starts on `s`.
+    /// Whether `s` starts a program.
     pub has_program: bool,
-    /// What it says is wrong.
+    /// The fault that it reports.
     pub fault: Fault,
     program: Program,
     decoder: Decoder<Command>,
     last_sequence: Option<u8>,
     is_latched: bool,
     is_silenced: bool,
-    /// Seconds since power on, since the last command, until the next telemetry.
+    /// Seconds since power-on, since the last command, until the next telemetry.
     seconds: f64,
     since_command: f64,
     to_telemetry: f64,
     period: f64,
     sent: u8,
     said: Vec<u8>,
-    /// Every command that was done since power on, with the time since then, s.
+    /// Every command executed since power-on, each with the time since then, s.
     pub done: Vec<(f64, Command)>,
 }
 
@@ -57,7 +57,7 @@ enum Program {
 impl Rp6 {
     /// A robot at the start of a world.
     ///
-    /// # Errors    Where it cannot stand there.
+    /// # Errors    The robot cannot stand there.
     pub fn new(world: World) -> Result<Self, SimError> {
         Ok(Self {
             simulation: Simulation::new(world, RobotModel::rp6(), SensorModel::lidar(), 1)?,
@@ -85,7 +85,7 @@ impl Rp6 {
         &self.simulation
     }
 
-    /// Whether anything since power on commanded it to move.
+    /// Whether any command since power-on was to move.
     #[must_use]
     pub fn was_told_to_move(&self) -> bool {
         self.done.iter().any(|(_, command)| command.moves())
@@ -98,7 +98,7 @@ impl Rp6 {
         forward.abs() > 2e-3 || turn.abs() > 2e-2
     }
 
-    /// The vendor's firmware meets a blocked motor: it says so and never answers again.
+    /// The vendor's firmware detects a blocked motor: it reports that and never answers again.
     pub fn shut_down(&mut self) {
         self.simulation.command(Order::Stop);
         self.program = Program::Hanging;
@@ -261,7 +261,7 @@ impl Device for Rp6 {
         }
     }
 
-    /// It has a battery of its own: its watchdog runs, and what it says nobody hears.
+    /// It has a battery of its own: its watchdog runs on, and nobody hears what it sends.
     fn unplugged(&mut self, seconds: f64) {
         let _ = self.advance(seconds);
     }
@@ -290,7 +290,7 @@ impl Device for Rp6 {
                 self.said.extend(b"[READY]\n");
             }
             Program::Running => self.run(seconds),
-            // The world goes on around a robot that does not.
+            // The world goes on around a robot that is not running.
             _ => self.simulation.advance(seconds),
         }
         std::mem::take(&mut self.said)

@@ -10,14 +10,14 @@ use slamlab_core::wire::rplidar::request::{Request, RequestDecoder};
 
 use super::{Device, View};
 
-/// Readings of a turn in a standard scan: an express scan has twice as many.
+/// Readings per revolution in a standard scan; an express scan has twice as many.
 const READINGS_OF_A_TURN: u64 = 360;
 const RATE: Rate = Rate {
     standard_micros: 500,
     express_micros: 250,
 };
 
-/// What an A1 sees at most, m.
+/// Maximum range of an A1, m.
 const MAX_METRES: u32 = 12;
 
 /// The simulated lidar.
@@ -25,9 +25,9 @@ const MAX_METRES: u32 = 12;
 pub struct Rplidar {
     /// What it sees.
     pub view: View,
-    /// What it says of its health; an error also keeps it from scanning.
+    /// The health that it reports; an error also keeps it from scanning.
     pub status: Status,
-    /// Whether a reset makes its health good.
+    /// Whether a reset cures it.
     pub is_cured_by_reset: bool,
     /// Whether its head is blocked.
     pub is_blocked: bool,
@@ -35,10 +35,10 @@ pub struct Rplidar {
     scan: Scan,
     /// Readings since the start of the scan.
     readings: u64,
-    /// Time that is not yet a reading, s.
+    /// Time not yet used for a reading, s.
     pending: f64,
     said: Vec<u8>,
-    /// Everything that it was asked.
+    /// All requests that it received.
     pub asked: Vec<Request>,
 }
 
@@ -102,7 +102,7 @@ impl Rplidar {
             }
             Request::Rate => self.single(Descriptor::Rate, &RATE.encode()),
             Request::Configuration(question) => self.said.extend(configured(question)),
-            // An A1's motor is switched by DTR, which a pseudo-terminal has not.
+            // An A1's motor is switched by DTR, which a pseudo-terminal does not have.
             _ => (),
         }
     }
@@ -141,7 +141,7 @@ impl Rplidar {
         }
     }
 
-    /// The capsule whose first reading is this. Offsets are 0: every reading lies where even
+    /// The capsule that begins with this reading. Offsets are 0: every reading lies where even
     /// spacing puts it.
     fn capsule(&self, first: u64) -> Capsule {
         let of_a_turn = 2 * READINGS_OF_A_TURN;
@@ -178,7 +178,7 @@ impl Rplidar {
     }
 }
 
-/// The answer to a question about its two modes, standard and express; none to another.
+/// The answer to a question about its two modes, standard and express; none for other modes.
 fn configured(question: Question) -> Vec<u8> {
     let is_express = question.mode == 1;
     let micros = match is_express {

@@ -1,11 +1,11 @@
-//! A socket in the wall for a device: a pseudo-terminal under a path that stays, and a thread that
-//! is its clock.
+//! A socket for a device: a pseudo-terminal under a permanent path, and a thread that acts as its
+//! clock.
 //!
-//! 1. Plugging in makes a pseudo-terminal and points the path at it; pulling out closes it, so that
-//!    the bridge sees what it sees of a pulled cable.
-//! 2. Every few milliseconds the thread lets the device hear and speak. Time is the real one, for
-//!    the bridge's is; only a machine that starves the thread makes the device's time run behind.
-//! 3. Where the bridge set another baud rate than the device's, both hear noise.
+//! 1. Plugging in creates a pseudo-terminal and points the path to it; pulling out closes it, so
+//!    the bridge sees the same as with a real pulled cable.
+//! 2. Every few milliseconds the thread lets the device read and write. Time is real, because the
+//!    bridge's is; the device's time only lags behind if the machine starves the thread.
+//! 3. If the bridge has set a baud rate other than the device's, both see noise.
 
 use std::fs;
 use std::io;
@@ -24,13 +24,13 @@ use tempfile::TempDir;
 use super::Device;
 use super::spoil::{Faults, Line};
 
-/// From one look at the line to the next.
+/// Interval between two looks at the line.
 const BEAT: Duration = Duration::from_millis(2);
-/// Where the machine lets the thread wait for longer, the device's time stands still meanwhile, s:
-/// it does not say at once what it would have said in a second, which no line could carry.
+/// If the machine delays the thread for longer than this, s, the device's time stops meanwhile:
+/// otherwise it would send at once what it should have sent in a second, which no line could carry.
 pub(super) const MOST_AT_ONCE: f64 = 0.05;
 
-/// A device in its socket; dropping it pulls the device out and ends its thread.
+/// A device in its socket; dropping it unplugs the device and ends its thread.
 #[derive(Debug)]
 pub struct Socket<D> {
     shared: Arc<Mutex<Shared<D>>>,
@@ -52,12 +52,13 @@ struct Shared<D> {
 impl<D: Device> Socket<D> {
     /// A device that is plugged in.
     ///
-    /// # Errors    Where the system has no pseudo-terminals, folders or threads left.
+    /// # Errors    The system has no pseudo-terminals, folders or threads left.
     pub fn plugged(device: D) -> io::Result<Self> {
         Self::plugged_with(device, Faults::default())
     }
 
-    /// The same on a line that is bad from the first byte: a lidar speaks as soon as it has power.
+    /// The same on a line that is faulty from the first byte: a lidar speaks as soon as it has
+    /// power.
     ///
     /// # Errors    As [`Socket::plugged`].
     pub fn plugged_with(device: D, faults: Faults) -> io::Result<Self> {
@@ -67,7 +68,7 @@ impl<D: Device> Socket<D> {
         Ok(socket)
     }
 
-    /// A device that lies beside its socket: its path is not there yet.
+    /// A device that is not plugged in: its path does not exist yet.
     ///
     /// # Errors    As [`Socket::plugged`].
     pub fn unplugged(device: D) -> io::Result<Self> {
@@ -103,14 +104,14 @@ impl<D: Device> Socket<D> {
         self.wait(true);
     }
 
-    /// Pulls it out. What is on the line by then is lost with it.
+    /// Unplugs it. What is on the line at that moment is lost.
     pub fn pull(&self) {
         self.lock().is_plugged = false;
         self.wait(false);
     }
 
-    /// Until its thread has plugged it in, or pulled it out: where the machine starves it, a device
-    /// that is put in again at once would otherwise never have been out.
+    /// Waits until its thread has plugged it in or out: if the machine starves the thread, a device
+    /// that is plugged in again at once would otherwise never have been out.
     fn wait(&self, is_there: bool) {
         let until = Instant::now() + Duration::from_secs(60);
         while self.path.exists() != is_there && Instant::now() < until {
@@ -118,22 +119,22 @@ impl<D: Device> Socket<D> {
         }
     }
 
-    /// Pulls it out in the middle of what it says next.
+    /// Unplugs it in the middle of its next message.
     pub fn pull_in_the_middle(&self) {
         self.lock().cut_in_the_middle = true;
     }
 
-    /// Makes the line bad, or good again.
+    /// Sets the faults of the line.
     pub fn set_faults(&self, faults: Faults) {
         self.lock().faults = faults;
     }
 
-    /// Looks into the device, or changes it.
+    /// Gives access to the device.
     pub fn with<T>(&self, change: impl FnOnce(&mut D) -> T) -> T {
         change(&mut self.lock().device)
     }
 
-    /// The real time that the device's own has lost so far, because the machine let it wait for the
+    /// The real time that the device has lost so far, because the machine made it wait for the
     /// processor. Half a second at once looks to the bridge like a device that fell silent.
     #[must_use]
     pub fn lost(&self) -> Duration {
@@ -191,7 +192,7 @@ fn live<D: Device>(shared: &Mutex<Shared<D>>, path: &Path) {
     }
 }
 
-/// Lets the device hear and speak.
+/// Lets the device read and write.
 fn beat<D: Device>(shared: &mut Shared<D>, pty: &Pty, line: &mut Line, elapsed: f64) {
     let is_tuned = !shared.faults.is_garbled && pty.baud_rate() == Some(shared.device.baud_rate());
     let heard = pty.read();
@@ -241,7 +242,7 @@ impl Pty {
         })
     }
 
-    /// The rate that the bridge set.
+    /// The baud rate that the bridge has set.
     fn baud_rate(&self) -> Option<u32> {
         tcgetattr(self.controller.as_fd())
             .ok()
@@ -250,12 +251,12 @@ impl Pty {
 
     fn read(&self) -> Vec<u8> {
         let mut buffer = [0; 4096];
-        // Nothing there, or nobody: the same to a device.
+        // Nothing there or nobody connected: the device cannot tell the difference.
         let count = rustix::io::read(&self.controller, &mut buffer).unwrap_or(0);
         buffer.iter().take(count).copied().collect()
     }
 
-    /// What finds no room is lost, as on a line that nobody listens to.
+    /// Bytes without room are lost, as on a line that nobody reads.
     fn write(&self, bytes: &[u8]) {
         let _ = rustix::io::write(&self.controller, bytes);
     }

@@ -1,21 +1,21 @@
-//! What a line does to bytes.
+//! What a faulty line does to bytes.
 
-/// What is wrong with a line.
+/// The faults of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Faults {
-    /// Part of the bits that are flipped, 0 to 1.
+    /// Fraction of the bits that are flipped, 0 to 1.
     pub flipped_bits: f64,
-    /// The same for what the device hears.
+    /// The same for what the device receives.
     pub flipped_bits_heard: f64,
     /// Both sides hear noise, as at a wrong baud rate.
     pub is_garbled: bool,
-    /// Part of the bytes that get lost, 0 to 1.
+    /// Fraction of the bytes that get lost, 0 to 1.
     pub lost_bytes: f64,
-    /// Nothing comes from the device any more; it still hears.
+    /// Nothing comes from the device any more, but it still receives.
     pub is_mute: bool,
 }
 
-/// A line with chance of its own: the same seed spoils the same bits.
+/// A line with its own random numbers: the same seed spoils the same bits.
 #[derive(Clone, Debug)]
 pub struct Line {
     state: u64,
@@ -28,7 +28,7 @@ impl Line {
         Self { state: seed | 1 }
     }
 
-    /// What comes out of `bytes`.
+    /// The bytes that arrive when `bytes` are sent.
     #[must_use]
     pub fn carry(&mut self, bytes: &[u8], faults: &Faults) -> Vec<u8> {
         if faults.is_mute {
@@ -45,7 +45,7 @@ impl Line {
         out
     }
 
-    /// What a receiver at another rate makes of `bytes`: something, of about the right length.
+    /// What a receiver at another rate makes of `bytes`: noise of about the right length.
     pub(super) fn garble(&mut self, bytes: &[u8]) -> Vec<u8> {
         bytes.iter().map(|_| (self.number() >> 40) as u8).collect()
     }

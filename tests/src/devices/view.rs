@@ -25,8 +25,8 @@ impl View {
         }
     }
 
-    /// Range in this direction, rad, counter-clockwise in the sensor frame; `None` where nothing is
-    /// near enough.
+    /// Range in this direction, rad, counter-clockwise in the sensor frame; `None` if nothing is
+    /// within range.
     #[must_use]
     pub fn range(&self, bearing: f64) -> Option<f64> {
         let (sin, cos) = sin_cos(self.pose.heading() + bearing);

@@ -1,4 +1,4 @@
-//! Files as our writers and other programs write them.
+//! Files as written by our writers and by other programs.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -57,7 +57,7 @@ pub(super) fn carmen() -> Vec<Vec<u8>> {
     ]
 }
 
-/// Three turns of an RPLIDAR, over the end of 16 bits.
+/// Three revolutions of an RPLIDAR, across the wrap-around of 16 bits.
 pub(super) fn rover_logs() -> Vec<Vec<u8>> {
     let line = |[left, right, millis]: [i32; 3], range: u32| {
         let ranges: String = (0..360)
@@ -79,7 +79,7 @@ pub(super) fn ranger_logs() -> Vec<Vec<u8>> {
     ]
 }
 
-/// As the paper prints a sample, and with blanks and digits of its own.
+/// With a sample as the paper prints it, and with other blanks and digits.
 pub(super) fn revolution_logs() -> Vec<Vec<u8>> {
     let line = |from: u32| {
         let samples: String = (from..from + 60)
@@ -101,7 +101,7 @@ pub(super) fn smaps() -> Vec<Vec<u8>> {
     ]
 }
 
-/// Of every kind.
+/// Logs of every kind.
 pub(super) fn logs() -> Vec<Vec<u8>> {
     let kinds = [
         carmen(),
@@ -122,7 +122,7 @@ pub(super) fn map_yaml() -> Vec<Vec<u8>> {
 
 fn map() -> OccupancyMap {
     let (width, height) = (24, 16);
-    // Walls around a floor, with a corner of which nothing is known.
+    // Walls around a floor, with an unknown corner.
     let cell = |index: usize| {
         let (col, row) = (index % width, index / width);
         match (col, row) {
@@ -224,7 +224,7 @@ pub(super) fn presets() -> Vec<Vec<u8>> {
     ]
 }
 
-/// Of programs of others; `tests/interop/ros_files.py` wrote them.
+/// Files of other programs; written by `tests/interop/ros_files.py`.
 pub(super) fn ros_files() -> Vec<Vec<u8>> {
     macro_rules! files {
         ($($name:literal),+) => {
@@ -234,7 +234,7 @@ pub(super) fn ros_files() -> Vec<Vec<u8>> {
     files!("bz2.bag", "lz4.bag", "zstd.mcap", "lz4.mcap", "two.mcap")
 }
 
-/// As the bridge writes them, without chunks, and as other tools rewrite them.
+/// Recordings as the bridge writes them, without chunks, and as other tools rewrite them.
 pub(super) fn recordings() -> Vec<Vec<u8>> {
     let whole = WriteOptions::new().use_chunks(false);
     let chunked = WriteOptions::new().use_chunks(true).chunk_size(Some(900));
@@ -263,7 +263,7 @@ fn recording(options: WriteOptions) -> Result<Vec<u8>, McapError> {
     Ok(bytes.into_inner())
 }
 
-/// The states of matchers in a square room: of a few scans, and of some submaps.
+/// The states of scan matchers in a square room: with a few scans, and with some submaps.
 pub(super) fn matcher_states() -> Vec<Vec<u8>> {
     [4, 60].map(matcher_state).into()
 }

@@ -1,8 +1,8 @@
-//! The readers of files, each with what programs write to begin with and the laws that it keeps
-//! whatever comes.
+//! The readers of files, each with files of real programs to begin with and the laws that it keeps
+//! whatever the input.
 //!
-//! What is read can be written, and reads the same again. What a map or a drawing becomes is a
-//! world that can be saved.
+//! What was read can be written, and is then read the same. A map or a drawing becomes a world that
+//! can be saved.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use slamlab_core::estimation::{SavedMap, ScanMatcherConfig, Start};
@@ -28,7 +28,7 @@ use slamlab_core::wire::recording::{Recording, RecordingReader, Said};
 use super::file_seeds as seeds;
 use super::targets::{Target, outcome, pieces, same};
 
-/// Those of files.
+/// The targets for files.
 pub(super) const FILES: &[Target] = &[
     Target {
         name: "calibration",
@@ -150,10 +150,10 @@ pub(super) const FILES: &[Target] = &[
     },
 ];
 
-/// More cells than these are not made into a building here: that it takes long is no crash.
+/// Larger maps are not made into a building here: slowness on them is not a crash.
 const MOST_CELLS: usize = 100_000;
 
-/// The beginning of what was said.
+/// The beginning of an error message.
 fn words(error: impl std::fmt::Display) -> String {
     error.to_string().chars().take(60).collect()
 }
@@ -175,7 +175,7 @@ fn point_list_run(input: &[u8]) -> Result<u64, String> {
     Ok(outcome(&read))
 }
 
-/// Poses are finite, in the order of time, and read the same again when they are written.
+/// Poses are finite, in the order of time, and read the same again after they are written.
 fn poses_run(input: &[u8]) -> Result<u64, String> {
     let read = read_poses(input);
     if let Ok(file) = &read {
@@ -236,8 +236,8 @@ fn slamlab_run(input: &[u8]) -> Result<u64, String> {
     Ok(outcome(&read.map(|_| ()).map_err(words)))
 }
 
-/// The state of a matcher without the sum that guards it in a file: one that is taken up can go on,
-/// and is saved as it was.
+/// The state of a matcher without the checksum that guards it in a file: a state that is accepted
+/// can go on, and is saved unchanged.
 fn matcher_state_run(input: &[u8]) -> Result<u64, String> {
     let restored = |state: Vec<u8>| {
         let times = vec![];
@@ -313,7 +313,7 @@ fn revolution_log_run(input: &[u8]) -> Result<u64, String> {
     text_log(input, read, scans)
 }
 
-/// In pieces the same as at once, and every scan is one that can be used.
+/// Reading in pieces gives the same as at once, and every scan is usable.
 fn text_log<T: std::fmt::Debug>(
     input: &[u8],
     read: impl Fn(&mut dyn Iterator<Item = &[u8]>) -> Result<T, TextLogError>,
@@ -332,7 +332,7 @@ fn text_log<T: std::fmt::Debug>(
     )))
 }
 
-/// A log of any kind, packed or not: which one it is does not depend on how it is cut.
+/// A log of any kind, compressed or not: which kind it is does not depend on how it is cut.
 fn log_run(input: &[u8]) -> Result<u64, String> {
     let read = |pieces: &mut dyn Iterator<Item = &[u8]>| {
         let mut reader = LogReader::default();
@@ -375,8 +375,8 @@ fn map_image_run(input: &[u8]) -> Result<u64, String> {
     Ok(outcome(&outcomes?))
 }
 
-/// Reads a map: its cells are those of a map, written down they read the same again, and a building
-/// made of it is a world.
+/// Reads a map: its cells have valid values, they read the same again after they are written, and a
+/// building made of the map is a world.
 fn map_is_sound(info: &MapInfo, image: &[u8]) -> Result<String, String> {
     let map = match read_image(info, image) {
         Ok(map) => map,
@@ -403,7 +403,7 @@ fn reads_again(map: &OccupancyMap, file: MapImage) -> Result<(), String> {
     same(&map.cells, &again.cells)
 }
 
-/// What was imported can be saved, and loaded again; else what was said.
+/// What was imported can be saved and loaded again; otherwise the error message.
 fn imported<E: std::fmt::Display>(built: Result<Imported, E>) -> Result<String, String> {
     match built {
         Err(error) => Ok(words(error)),
@@ -415,12 +415,12 @@ fn imported<E: std::fmt::Display>(built: Result<Imported, E>) -> Result<String, 
     }
 }
 
-/// Each chunk's sum is made right: a wrong one hides whatever else is wrong.
+/// Corrects each chunk's checksum: a wrong one would hide any other error.
 fn with_right_sums(png: &[u8]) -> Vec<u8> {
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
     let mut png = png.to_vec();
     let mut at = 8;
-    // Length, kind, content, sum.
+    // Length, kind, content, checksum.
     while let Some(length) = png.get(at..).and_then(|rest| rest.first_chunk()) {
         let content = at + 4..(at + 8).saturating_add(u32::from_be_bytes(*length) as usize);
         let end = content.end.saturating_add(4);
@@ -445,7 +445,7 @@ fn og_map_run(input: &[u8]) -> Result<u64, String> {
     Ok(outcome(&map.map(|map| map.width.min(9)).map_err(words)))
 }
 
-/// What is read is written the same again, and is a building or says why not.
+/// What was read is written the same again, and becomes a building or a reason why not.
 fn smap_run(input: &[u8]) -> Result<u64, String> {
     let map = match smap::parse(input) {
         Ok(map) => map,
@@ -460,7 +460,7 @@ fn smap_run(input: &[u8]) -> Result<u64, String> {
     };
     let x = size(|map| map.points.iter().chain(&map.path).map(|p| p.x).collect());
     let y = size(|map| map.points.iter().chain(&map.path).map(|p| p.y).collect());
-    // That a large one takes long is no crash.
+    // Slowness on a large one is not a crash.
     let built = match x * y < 100.0 {
         true => BuildingFile::read(&[("a.smap", input)], None)
             .map_err(words)
@@ -521,7 +521,7 @@ fn preset_run(input: &[u8]) -> Result<u64, String> {
     }
 }
 
-/// What is imported of it are readings that can be used, and a file of ours.
+/// What is imported from it are usable readings, and a file of ours.
 fn ros_run(input: &[u8]) -> Result<u64, String> {
     let read = |pieces: &mut dyn Iterator<Item = &[u8]>| {
         let mut reader = RosReader::default();

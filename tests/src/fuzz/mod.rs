@@ -1,14 +1,14 @@
-//! Every decoder against bytes that nobody meant, on a stable toolchain.
+//! Every decoder against malformed bytes, on a stable toolchain.
 //!
-//! In: a [`Target`], a number to begin with. Out: a [`Crash`] where there is one: bytes that made
-//! it panic, take longer than [`TOO_LONG`], or break a law of its own.
+//! In: a [`Target`], a number to begin with. Out: a [`Crash`] if there is one: bytes that made it
+//! panic, take longer than [`TOO_LONG`], or break one of its laws.
 //!
-//! 1. Seeds are what devices and writers really say; each input is a known one, changed (`mutate`).
-//! 2. A target tells what became of an input in one number. An input with a new number is kept and
-//!    changed further: feedback by outcome, for there is none by coverage without a nightly
+//! 1. Seeds are real data of devices and writers; each input is a known one, mutated (`mutate`).
+//! 2. A target summarises what became of an input in one number. An input with a new number is kept
+//!    and mutated further: feedback by outcome, because feedback by coverage needs a nightly
 //!    compiler.
-//! 3. Inputs follow from their number and those kept before, so a run goes on where the last one
-//!    ended; a crash saves its bytes, and from then on it is a test (`tests/crashes`).
+//! 3. Inputs follow from their number and those kept before, so a run continues where the last one
+//!    ended. A crash saves its bytes, and from then on it is a test (`tests/crashes`).
 
 mod file_seeds;
 mod files;
@@ -23,9 +23,9 @@ use std::time::{Duration, Instant};
 use mutate::Mutator;
 pub use targets::{Target, outcome};
 
-/// Inputs of at most 64 KiB are done within this, on a slow machine too.
+/// Inputs of at most 64 KiB take less than this, on a slow machine too.
 pub const TOO_LONG: Duration = Duration::from_secs(10);
-/// Inputs that are kept.
+/// Maximum number of inputs that are kept.
 const MOST_KEPT: usize = 4096;
 
 /// All decoders of the core.
@@ -33,16 +33,16 @@ pub fn targets() -> impl Iterator<Item = &'static Target> {
     targets::WIRES.iter().chain(files::FILES)
 }
 
-/// Why an input is kept for ever.
+/// An input that is kept for ever, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Crash {
-    /// What it did.
+    /// What happened.
     pub what: String,
-    /// The bytes.
+    /// The input.
     pub input: Vec<u8>,
 }
 
-/// What a run has seen.
+/// The statistics of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Seen {
     /// Inputs tried.
@@ -81,7 +81,7 @@ impl Run {
         self.next
     }
 
-    /// What was seen so far.
+    /// The statistics so far.
     #[must_use]
     pub fn seen(&self) -> &Seen {
         &self.seen

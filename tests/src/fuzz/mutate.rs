@@ -1,11 +1,11 @@
-//! Inputs from inputs: flips, cuts, copies and joins, and what is odd in numbers and in text.
+//! Inputs from inputs: flips, cuts, copies and joins, and unusual numbers and text.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Longest input, bytes: what the bridge takes in one message.
+/// Longest input, bytes: what the bridge accepts in one message.
 const LONGEST: usize = 64 * 1024;
-/// Bytes at which codecs change their mind: stuffing, sync marks, signs, line ends.
+/// Bytes with a special meaning to codecs: stuffing, sync marks, signs, line ends.
 const ODD_BYTES: [u8; 14] = [
     0x00, 0x01, 0x7F, 0x80, 0xFF, 0xFE, 0xA5, 0x5A, 0x54, 0x2C, b'\n', b'\r', b'#', b'"',
 ];
@@ -28,7 +28,7 @@ const ODD_WORDS: [&str; 16] = [
     "{}",
 ];
 
-/// Changes of one input, settled by its number.
+/// Mutations of one input, determined by its number.
 pub(super) struct Mutator {
     rng: ChaCha8Rng,
 }
@@ -40,7 +40,7 @@ impl Mutator {
         }
     }
 
-    /// One of the known inputs, changed one to eight times.
+    /// One of the known inputs, mutated one to eight times.
     pub(super) fn change(&mut self, known: &[Vec<u8>]) -> Vec<u8> {
         let mut input = self.one_of(known);
         for _ in 0..=self.below(8) {
@@ -115,7 +115,7 @@ impl Mutator {
     }
 }
 
-/// The number or word that stands there.
+/// The number or word at this position.
 fn word_at(input: &[u8], at: usize) -> std::ops::Range<usize> {
     let is_part = |byte: &&u8| byte.is_ascii_alphanumeric() || matches!(byte, b'.' | b'-' | b'+');
     let before = input[..at].iter().rev().take_while(is_part).count();

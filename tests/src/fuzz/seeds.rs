@@ -1,4 +1,4 @@
-//! What devices and clients really say: fuzzing begins with it.
+//! Real data of devices and clients, with which fuzzing begins.
 
 use slamlab_core::robot::{self, Odometry, Scan, Stamp};
 use slamlab_core::sim::{SensorModel, Simulation, worlds};

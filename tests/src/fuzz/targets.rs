@@ -1,8 +1,8 @@
-//! The decoders of wires, each with real input to begin with and the laws that it keeps whatever
-//! comes.
+//! The decoders of wire protocols, each with real input to begin with and the laws that it keeps
+//! whatever the input.
 //!
-//! A stream's decoder gives the same in pieces as at once. What a message decodes to is encoded to
-//! something that decodes to the same.
+//! A stream decoder gives the same in pieces as at once. A decoded message is encoded to something
+//! that decodes to the same.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -19,15 +19,15 @@ use super::seeds;
 
 /// A decoder.
 pub struct Target {
-    /// Its name, that of its folder of crashes too.
+    /// Its name, which is also that of its folder of crashes.
     pub name: &'static str,
     /// Real input.
     pub seeds: fn() -> Vec<Vec<u8>>,
-    /// What became of an input, in one number; or which law it broke.
+    /// What became of an input, in one number; or the law that it broke.
     pub run: fn(&[u8]) -> Result<u64, String>,
 }
 
-/// Those of wires.
+/// The targets for wire protocols.
 pub(super) const WIRES: &[Target] = &[
     Target {
         name: "rp6-reports",
@@ -86,8 +86,8 @@ pub(super) const WIRES: &[Target] = &[
     },
 ];
 
-/// One number for what became of an input; numbers within words do not count, or each input would
-/// be another.
+/// One number for what became of an input. Numbers within words do not count, or each input would
+/// be different.
 pub fn outcome(what: &impl std::fmt::Debug) -> u64 {
     let text: String = format!("{what:?}")
         .chars()
@@ -99,7 +99,7 @@ pub fn outcome(what: &impl std::fmt::Debug) -> u64 {
     hasher.finish()
 }
 
-/// A law: both must be the same.
+/// A law: both must be equal.
 pub(super) fn same<T: PartialEq + std::fmt::Debug>(
     at_once: &T,
     in_pieces: &T,
@@ -175,7 +175,7 @@ fn rplidar_answers(input: &[u8]) -> Result<u64, String> {
     Ok(outcome(&kinds))
 }
 
-/// A lidar whose line brings these bytes.
+/// A lidar whose line delivers these bytes.
 fn lidar(kind: &str, input: &[u8]) -> Result<u64, String> {
     let kind = Kind::named(kind).ok_or("no such kind")?;
     let mut device = (kind.open)("fuzz".into(), Pose2::identity());
@@ -196,7 +196,7 @@ fn lidar(kind: &str, input: &[u8]) -> Result<u64, String> {
     Ok(outcome(&wants))
 }
 
-/// What is handed on keeps its promises.
+/// What is passed on keeps its promises.
 fn valid(scan: &Scan) -> Result<(), String> {
     scan.validate()
         .map_err(|error| format!("a scan was handed on: {error}"))

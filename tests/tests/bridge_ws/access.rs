@@ -1,4 +1,4 @@
-//! Who may come in, watch and drive; and that whoever may not has no effect on the robot.
+//! Who may connect, watch and drive; and that everyone else has no effect on the robot.
 
 use std::time::{Duration, Instant};
 
@@ -18,7 +18,7 @@ use super::client::{Bridge, Came, Client, limits, stream_from};
 use super::robot::{is_stop, private, with_robot};
 use super::streams::get;
 
-/// Status of the answer to an upgrade with these headers; 101 where it succeeds.
+/// Status of the answer to an upgrade with these headers; 101 if it succeeds.
 async fn upgrade(bridge: &Bridge, headers: &[(&'static str, &str)]) -> u16 {
     let stream = TcpStream::connect(bridge.address).await.unwrap();
     let url = format!("ws://{}/ws", bridge.address);
@@ -177,13 +177,13 @@ fn stale_epochs_and_sequences_have_no_effect() {
             _ => None,
         };
         assert_eq!(driver.wait(refusal).await, RefusalReason::StaleEpoch);
-        // What was seen a second ago.
+        // A command that claims to be a reaction to what was seen a second ago.
         let mut body = driver.body(Command::Forward(1.0));
         tokio::time::sleep(Duration::from_secs(1)).await;
         body.ttl_millis = u16::MAX;
         driver.say(ToBridge::Drive(body)).await;
         assert_eq!(driver.wait(refusal).await, RefusalReason::TooOld);
-        // The very bytes of a message, once more.
+        // Exactly the same message once more.
         driver.sequence -= 1;
         driver.say(ToBridge::Heartbeat).await;
         assert_eq!(driver.end().await, Some(1007));
@@ -305,7 +305,7 @@ fn a_thousand_connections_do_not_keep_the_driver_from_stopping() {
                     .is_err(),
             );
         }
-        // The newest stand at the door, and the driver was there before.
+        // The newest connections are refused, and the driver was there before them.
         assert_eq!(open, 99);
         let from = Instant::now();
         driver.say(ToBridge::Stop).await;
@@ -316,8 +316,8 @@ fn a_thousand_connections_do_not_keep_the_driver_from_stopping() {
     });
 }
 
-/// Each repeated Stop was told to everybody, until nobody's queue had room: all were closed, the
-/// driver too, and told that they were too slow.
+/// A regression: each repeated Stop was told to everybody, until all queues were full. All clients
+/// were closed, even the driver, and told that they were too slow.
 #[test]
 fn a_burst_of_stops_throws_nobody_out() {
     async_on_a_calm_machine(async || {
@@ -358,7 +358,7 @@ fn a_burst_of_stops_throws_nobody_out() {
     });
 }
 
-/// They took all places, and the owner could not even stop the robot.
+/// A regression: they took all places, and the owner could not even stop the robot.
 #[test]
 fn watchers_from_everywhere_leave_a_place_for_the_owner() {
     async_on_a_calm_machine(async || {
@@ -384,7 +384,7 @@ fn watchers_from_everywhere_leave_a_place_for_the_owner() {
                 .iter()
                 .all(|came| matches!(came, Came::Closed(close::FULL)))
         );
-        // And as many stand at the door.
+        // And as many connections that say nothing.
         let mut idle = vec![];
         for number in 0..150 {
             idle.push(stream_from(bridge.address, 2 + number % 5).await);

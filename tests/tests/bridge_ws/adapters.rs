@@ -1,5 +1,5 @@
-//! Clients that speak the protocols of other tools: what they may take of the bridge, and that they
-//! are heard.
+//! Clients that speak the protocols of other tools: how much of the bridge they may use, and that
+//! they are heard.
 
 use std::time::{Duration, Instant};
 
@@ -21,7 +21,7 @@ use super::streams::get;
 
 const NEVER: Duration = Duration::from_secs(60);
 
-/// A client for which the system keeps little, at one of the endpoints.
+/// A client with small socket buffers, at one of the endpoints.
 async fn socket(bridge: &Bridge, path: &str) -> WebSocketStream<TcpStream> {
     let socket = TcpSocket::new_v4().unwrap();
     socket.set_recv_buffer_size(4096).unwrap();
@@ -52,7 +52,7 @@ async fn call(
     until(socket, |said| said["op"] == "service_response").await
 }
 
-/// The first message from now on of which this holds.
+/// The first message from now on for which this holds.
 async fn until(
     socket: &mut WebSocketStream<TcpStream>,
     is: impl Fn(&serde_json::Value) -> bool,
@@ -88,8 +88,8 @@ async fn metric(bridge: &Bridge, name: &str) -> u64 {
     line.unwrap().parse().unwrap()
 }
 
-/// Reads and writes were one task once: while a write hung, up to 30 s, nothing that the client
-/// said was heard.
+/// A regression: reads and writes were one task. While a write hung, up to 30 s, nothing that the
+/// client said was heard.
 #[test]
 fn a_client_of_rosbridge_that_reads_nothing_still_stops_the_robot() {
     async_on_a_calm_machine(async || {
@@ -109,7 +109,7 @@ fn a_client_of_rosbridge_that_reads_nothing_still_stops_the_robot() {
         for topic in ["/scan", "/odom", "/tf"] {
             say(&mut socket, json!({ "op": "subscribe", "topic": topic })).await;
         }
-        // Until a write hangs: nobody else receives anything.
+        // Until a write hangs: no other client receives anything.
         let mut sent = 0;
         loop {
             tokio::time::sleep(Duration::from_secs(2)).await;
@@ -161,7 +161,7 @@ fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() 
         assert_eq!(end(&mut liar).await.0, close::ACCESS);
         bridge.stop().await;
 
-        // Figures are for bridges that anyone may watch.
+        // Figures are only for bridges that anyone may watch.
         let bridge = Bridge::start(Config {
             rosbridge: true,
             ..with_robot().0
@@ -176,7 +176,7 @@ fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() 
     });
 }
 
-/// It ended the connection, as if somebody had tried a proof that is wrong.
+/// A regression: it ended the connection, as if a wrong proof had been tried.
 #[test]
 fn who_enters_without_challenge_or_proof_is_told_what_is_missing() {
     async_on_a_calm_machine(async || {
@@ -196,7 +196,7 @@ fn who_enters_without_challenge_or_proof_is_told_what_is_missing() {
             assert_eq!(without["result"], false);
             assert!(without["values"].to_string().contains("proof"));
         }
-        // The challenge stands: it is worth one proof, and none was shown.
+        // The challenge remains valid: it is good for one proof, and none was shown.
         let enter = json!({ "op": "call_service", "service": "/slamlab/enter",
             "args": { "proof": "no figures" } });
         say(&mut socket, enter).await;
@@ -205,8 +205,8 @@ fn who_enters_without_challenge_or_proof_is_told_what_is_missing() {
     });
 }
 
-/// By topic alone, two parts of a program that had subscribed each by its own `id` silenced each
-/// other.
+/// A regression: with subscriptions known by topic alone, two parts of a program that had each
+/// subscribed with its own `id` silenced each other.
 #[test]
 fn a_subscription_outlives_another_of_the_same_topic() {
     async_on_a_calm_machine(async || {
@@ -220,7 +220,7 @@ fn a_subscription_outlives_another_of_the_same_topic() {
         say(&mut socket, of("subscribe", "subscribe:/odom:1")).await;
         say(&mut socket, of("subscribe", "subscribe:/odom:2")).await;
         say(&mut socket, of("unsubscribe", "subscribe:/odom:2")).await;
-        // What was sent before the bridge heard that does not count.
+        // Messages sent before the bridge received that do not count.
         call(&mut socket, "/slamlab/challenge", json!({})).await;
         until(&mut socket, |said| said["topic"] == "/odom").await;
         drop(socket);
@@ -228,8 +228,8 @@ fn a_subscription_outlives_another_of_the_same_topic() {
     });
 }
 
-/// Pings of the WebSocket are answered below, and were not counted: who sent nothing else could
-/// send as many as it liked.
+/// A regression: the WebSocket library answers pings, and they were not counted. A client that sent
+/// nothing else could send any number of them.
 #[test]
 fn a_flood_of_pings_ends_the_connection() {
     async_on_a_calm_machine(async || {
@@ -247,7 +247,7 @@ fn a_flood_of_pings_ends_the_connection() {
         for path in ["/ws", "/rosbridge", "/foxglove"] {
             let mut socket = socket(&bridge, path).await;
             for _ in 0..20 {
-                // The bridge may have closed already.
+                // The bridge may already have closed the connection.
                 let _ = socket.send(Message::Ping(vec![].into())).await;
             }
             assert_eq!(end(&mut socket).await.0, 1008, "{path}");

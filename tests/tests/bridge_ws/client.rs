@@ -20,7 +20,7 @@ use tokio::time::{Instant, timeout};
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
 
-/// Whatever is waited for comes sooner, or never.
+/// A timeout: whatever is awaited comes sooner or never.
 const NEVER: Duration = Duration::from_secs(20);
 
 /// A running bridge; it stops when this is dropped.
@@ -38,7 +38,7 @@ impl Bridge {
         Self::start_with(config, Keys::Token(token), secret).await
     }
 
-    /// With these rights, of which `token` is the owner's.
+    /// Starts with these rights, of which `token` is the owner's.
     pub(crate) async fn start_with(config: Config, keys: Keys, token: String) -> Self {
         let listener = slamlab_bridge::bind(([127, 0, 0, 1], 0).into())
             .await
@@ -101,7 +101,7 @@ pub(crate) async fn stream_from(address: SocketAddr, last: u8) -> TcpStream {
     socket.connect(address).await.unwrap()
 }
 
-/// Until a file is there, or gone, as a bridge makes it.
+/// Waits until the bridge has created, or removed, a file.
 pub(crate) async fn until_there(path: &Path, is_there: bool, longest: Duration) {
     let until = Instant::now() + longest;
     while path.exists() != is_there {
@@ -121,18 +121,18 @@ pub(crate) struct Client {
     pub(crate) challenge: [u8; 16],
     pub(crate) robot: Option<RobotFigures>,
     pub(crate) sequence: u32,
-    /// Newest time of the bridge that was seen, µs.
+    /// Newest time of the bridge that was received, µs.
     pub(crate) seen: u64,
     pub(crate) epoch: u32,
     format: Format,
 }
 
-/// What came.
+/// What arrived.
 #[derive(Debug)]
 pub(crate) enum Came {
     Message(FromBridge),
     Closed(u16),
-    /// Without a word.
+    /// The connection broke off without a close frame.
     Lost,
 }
 
@@ -142,7 +142,7 @@ impl Client {
         Self::over(stream, address, query).await
     }
 
-    /// A client for which the system keeps little.
+    /// A client with small socket buffers.
     pub(crate) async fn connect_narrow(address: SocketAddr, bytes: u32) -> Self {
         let socket = TcpSocket::new_v4().unwrap();
         socket.set_recv_buffer_size(bytes).unwrap();
@@ -150,7 +150,7 @@ impl Client {
         Self::over(stream, address, "").await
     }
 
-    /// A client of another address of this machine, `127.0.0.LAST`.
+    /// A client with another address of this machine, `127.0.0.LAST`.
     pub(crate) async fn connect_from(address: SocketAddr, last: u8) -> Self {
         let stream = stream_from(address, last).await;
         Self::over(stream, address, "").await
@@ -182,7 +182,7 @@ impl Client {
         client
     }
 
-    /// Says hello; whether it may drive.
+    /// Says hello; returns whether it may drive.
     pub(crate) async fn enter(&mut self, token: Option<&str>) -> bool {
         let hello = self.hello(token);
         self.say(hello).await;
@@ -255,7 +255,7 @@ impl Client {
             Format::Binary => Message::binary(bytes),
             Format::Json => Message::text(String::from_utf8(bytes).unwrap()),
         };
-        // A bridge that has closed already is found out by reading.
+        // If the bridge has already closed, reading will show it.
         let _ = self.socket.send(message).await;
     }
 
@@ -280,7 +280,7 @@ impl Client {
         }
     }
 
-    /// Reads until `find` finds something.
+    /// Reads until `find` returns something.
     pub(crate) async fn wait<T>(&mut self, mut find: impl FnMut(&FromBridge) -> Option<T>) -> T {
         let until = tokio::time::Instant::now() + NEVER;
         while tokio::time::Instant::now() < until {
@@ -296,7 +296,7 @@ impl Client {
         panic!("it never came");
     }
 
-    /// Reads to the end; the code of the close.
+    /// Reads to the end; returns the close code.
     pub(crate) async fn end(&mut self) -> Option<u16> {
         loop {
             match self.next().await {
@@ -307,14 +307,14 @@ impl Client {
         }
     }
 
-    /// Drives for a while at 20 Hz, reading what comes.
+    /// Drives for a while at 20 Hz, reading what arrives.
     pub(crate) async fn drive_for(&mut self, duration: Duration, forward: f64) {
         let motion = Command::Velocity { forward, turn: 0.0 };
         let drive = |client: &Self| ToBridge::Drive(client.body(motion));
         self.repeat(duration, drive).await;
     }
 
-    /// Keeps alive for a while what is under way.
+    /// Keeps the present manoeuvre alive for a while.
     pub(crate) async fn hold_for(&mut self, duration: Duration) {
         let hold = |client: &Self| ToBridge::Hold {
             epoch: client.epoch,

@@ -15,10 +15,10 @@ use slamlab_tests::calm::async_on_a_calm_machine;
 use super::client::{Bridge, Client};
 use super::robot::{Memory, is_motion, with_robot, with_robot_in};
 
-/// From the last command to the order to stop, as the specification wants it.
+/// Maximum time from the last command to the stop order, by the specification.
 const WATCHDOG: Duration = Duration::from_millis(250);
 
-/// A robot on the move, no matter who drives it, and what it remembers.
+/// A moving robot with its driver, and its memory of orders.
 async fn driven() -> (Bridge, Client, Memory) {
     let (config, memory) = with_robot();
     let bridge = Bridge::start(config).await;
@@ -45,7 +45,7 @@ fn the_robot_runs_while_it_is_driven_and_stops_when_nobody_does() {
         assert!(memory.was_moved());
         let took = memory.stopped_after(last).await;
         assert!(took < WATCHDOG, "{took:?} after the last command");
-        // The motors run down from 0.2 m/s by 0.6 m/s².
+        // The motors slow down from 0.2 m/s at 0.6 m/s².
         tokio::time::sleep(Duration::from_secs(1)).await;
         let ran = memory.ran().unwrap().duration_since(last);
         assert!(ran < WATCHDOG + Duration::from_millis(500), "{ran:?}");
@@ -68,7 +68,7 @@ fn a_driver_whose_connection_breaks_is_no_driver_any_more() {
         let gone =
             |message: &FromBridge| reason(message).filter(|r| *r == DisarmReason::DriverGone);
         watcher.wait(gone).await;
-        // Who comes back starts again.
+        // A client that comes back has to arm again.
         let mut again = bridge.driver().await;
         again.take(false).await;
         memory.forget();
@@ -185,7 +185,7 @@ fn the_emergency_stop_holds_until_it_is_reset_and_armed() {
     });
 }
 
-/// A wall 1 m ahead; the driver leans on the key.
+/// A wall 1 m ahead; the driver holds the key down.
 #[test]
 fn safe_mode_keeps_the_robot_off_the_wall() {
     async_on_a_calm_machine(async || {
@@ -228,7 +228,7 @@ fn a_leg_goes_on_while_it_is_held() {
         let (config, memory) = with_robot();
         let bridge = Bridge::start(config).await;
         let mut driver = bridge.armed().await;
-        // Until the first scan, safe mode lets nothing run.
+        // Until the first scan, safe mode lets nothing move.
         driver
             .wait(|message| matches!(message, FromBridge::Scan(_)).then_some(()))
             .await;

@@ -1,5 +1,5 @@
-//! What a robot does whose driver is gone, over real sockets: it holds, or goes home where that was
-//! allowed, and anybody stops it on the way.
+//! What a robot does when its driver is gone, over real sockets: it stops, or returns home if that
+//! was allowed, and anybody can stop it on the way.
 
 use std::time::Duration;
 
@@ -15,13 +15,13 @@ use tokio::time::Instant;
 use super::client::{Bridge, Came, Client};
 use super::streams::simulated;
 
-/// Whatever is waited for comes sooner, or never.
+/// A timeout: whatever is awaited comes sooner or never.
 const NEVER: Duration = Duration::from_secs(60);
 
 struct Scene {
     bridge: Bridge,
     rights: RightsFile,
-    /// A driver's, who is not the owner.
+    /// Token of a driver who is not the owner.
     anna: Token,
     _folder: TempDir,
 }
@@ -72,7 +72,7 @@ impl Scene {
         }
     }
 
-    /// A driver who drives the robot away from where it armed it, and is gone then.
+    /// A driver who drives the robot away from where it was armed, and then disappears.
     async fn drive_away(&self, watch: &mut Watch) {
         let mut driver = self.bridge.armed().await;
         watch.go(Duration::from_millis(500)).await;
@@ -82,10 +82,10 @@ impl Scene {
     }
 }
 
-/// Somebody who looks on without a token.
+/// A watcher without a token.
 struct Watch {
     client: Client,
-    /// Of the robot in the map, m.
+    /// Distance of the robot from the origin of the map, m.
     away: f64,
     safety: SafetyBody,
     said: Vec<String>,
@@ -168,7 +168,7 @@ fn a_robot_whose_driver_is_gone_goes_home_where_a_right_and_a_map_are_there() {
     });
 }
 
-/// All the time is low battery here, and it counts after two seconds: by then the robot is away.
+/// The battery is low all the time here, which counts after two seconds: by then the robot is away.
 #[test]
 fn a_robot_whose_battery_is_low_is_taken_from_its_driver_and_goes_home() {
     async_on_a_calm_machine(async || {
@@ -237,7 +237,7 @@ fn anybody_stops_a_robot_that_goes_home_and_it_stays_stopped() {
         );
         assert!(!watch.safety.armed && watch.heard("it was stopped"));
 
-        // A person takes it from there.
+        // A person takes over from there.
         let mut driver = scene.bridge.armed().await;
         driver.drive_for(Duration::from_millis(300), 0.1).await;
         drop(driver);

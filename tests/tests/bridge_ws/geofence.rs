@@ -1,5 +1,5 @@
-//! A geofence over real sockets: the simulated robot, driven by hand at full speed, stays within;
-//! who may set it, and that it is there again after a restart.
+//! A geofence over real sockets: the simulated robot, driven by hand at full speed, stays inside;
+//! who may set it, and that it is restored after a restart.
 
 use std::path::Path;
 use std::time::Duration;
@@ -28,7 +28,7 @@ fn config(file: Option<&Path>) -> Config {
     }
 }
 
-/// Around where the robot is when its map begins, m.
+/// A square around the place of the robot when its map begins, m.
 fn square(half: f64) -> Vec<ZoneBody> {
     vec![ZoneBody {
         kind: ZoneUse::KeepIn,
@@ -47,10 +47,10 @@ fn localised(message: &FromBridge) -> Option<()> {
     matches!(message, FromBridge::Pose(_)).then_some(())
 }
 
-/// What came while somebody drove.
+/// What was received during a drive.
 #[derive(Default)]
 struct Seen {
-    /// Of the robot from the origin of the map along either axis, the most and the last, m.
+    /// Distance of the robot from the origin of the map along either axis, maximum and last, m.
     farthest: f64,
     last: f64,
     states: Vec<FenceState>,
@@ -84,7 +84,7 @@ fn the_robot_stops_within_its_fence_says_why_and_is_driven_back() {
         let bridge = Bridge::start(config(None)).await;
         let mut driver = bridge.armed().await;
         driver.wait(localised).await;
-        // The token of the bridge is its owner's.
+        // The bridge's own token belongs to its owner.
         let half = 0.7;
         driver
             .say(ToBridge::SetGeofence {
@@ -109,7 +109,7 @@ fn the_robot_stops_within_its_fence_says_why_and_is_driven_back() {
 
         let back = drive(&mut driver, -0.2, 0.0, Duration::from_secs(2)).await;
         assert!(back.last < seen.farthest - 0.2, "{} m", back.last);
-        // Lifted, nothing holds it back.
+        // After the fence is removed, nothing holds the robot back.
         driver.say(ToBridge::SetGeofence { zones: vec![] }).await;
         let free = drive(&mut driver, 0.3, 0.0, Duration::from_secs(4)).await;
         assert!(free.farthest > seen.farthest + 0.1, "{} m", free.farthest);
@@ -117,7 +117,7 @@ fn the_robot_stops_within_its_fence_says_why_and_is_driven_back() {
     });
 }
 
-/// No bridge starts beside a fence without its map.
+/// A bridge does not start with a fence but without its map.
 #[test]
 fn a_fence_is_written_after_the_map_that_it_was_drawn_in() {
     async_on_a_calm_machine(async || {
@@ -164,7 +164,7 @@ fn a_fence_is_kept_with_its_map_and_goes_with_it() {
         assert!(std::fs::read_to_string(&kept).unwrap().contains("keep-in"));
 
         let bridge = Bridge::start(config(Some(&file))).await;
-        // Nobody arms before the robot has found itself in the map.
+        // Nobody can arm before the robot has localised itself in the map.
         let mut owner = bridge.driver().await;
         let again = owner.wait(set).await;
         assert_eq!(again.zones, square(1.5));
@@ -175,7 +175,7 @@ fn a_fence_is_kept_with_its_map_and_goes_with_it() {
         bridge.stop().await;
         assert!(folder.path().join("flat.1.geofence.json").exists());
 
-        // One that cannot be read, or has no map, keeps the bridge from starting.
+        // A fence that cannot be read, or has no map, keeps the bridge from starting.
         let fails = async || -> String {
             let listener = slamlab_bridge::bind(([127, 0, 0, 1], 0).into()).await;
             match slamlab_bridge::start(listener.unwrap(), config(Some(&file))) {
@@ -196,7 +196,7 @@ fn a_fence_is_kept_with_its_map_and_goes_with_it() {
         std::fs::write(&kept, r#"{"zones":[]"#).unwrap();
         let error = fails().await;
         assert!(error.contains("line 1"), "{error}");
-        // The map that began anew may have been written by then.
+        // The new map may already have been written.
         if file.exists() {
             std::fs::remove_file(&file).unwrap();
         }

@@ -1,4 +1,4 @@
-//! Manoeuvres: whoever gave one learns from the bridge, and from nothing else, when it is over.
+//! Manoeuvres: the client that gave one learns from the bridge alone when it is over.
 
 use std::time::Duration;
 
@@ -18,14 +18,14 @@ async fn bridge(which: &str) -> Bridge {
     .await
 }
 
-/// Gives a manoeuvre; the sequence of the message.
+/// Gives a manoeuvre; returns the sequence number of the message.
 async fn give(driver: &mut Client, motion: Command) -> u32 {
     let body = driver.body(motion);
     driver.say(ToBridge::Drive(body)).await;
     driver.sequence
 }
 
-/// What comes until the manoeuvre is over, kept alive all the time if `is_held`.
+/// What arrives until the manoeuvre is over; it is kept alive all the time if `is_held`.
 async fn until_over(driver: &mut Client, sequence: u32, is_held: bool) -> Vec<FromBridge> {
     let mut ticks = tokio::time::interval(Duration::from_millis(50));
     let mut all = vec![];
@@ -66,7 +66,7 @@ fn turned(messages: &[FromBridge]) -> f64 {
     messages.iter().map(heading).sum()
 }
 
-/// Until the first scan, safe mode lets nothing run.
+/// Until the first scan, safe mode lets nothing move.
 async fn first_scan(driver: &mut Client) {
     let scan = |message: &FromBridge| matches!(message, FromBridge::Scan(_)).then_some(());
     driver.wait(scan).await;
@@ -137,7 +137,7 @@ fn a_sweep_is_over_after_its_scan() {
     });
 }
 
-/// Else a page takes a leg that the bridge ended for somebody for a fault of its goal.
+/// Otherwise a page would blame its goal when the bridge ends a leg because of a person.
 #[test]
 fn looks_on_the_move_reach_whoever_drives() {
     async_on_a_calm_machine(async || {
@@ -161,7 +161,7 @@ fn a_manoeuvre_that_is_refused_is_over_at_once_and_only_its_sender_hears_of_it()
         let bridge = bridge("arena,lidar").await;
         let mut driver = bridge.driver().await;
         driver.take(false).await;
-        // It has the lease and did not arm.
+        // It has the lease but has not armed.
         let sequence = give(&mut driver, Command::Forward(1.0)).await;
         let messages = until_over(&mut driver, sequence, false).await;
         assert_eq!(manoeuvres(&messages), [(sequence, false)]);

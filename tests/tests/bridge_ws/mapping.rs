@@ -1,5 +1,5 @@
-//! A bridge that maps without a page: its map comes, grows, agrees with the simulator's walls,
-//! survives a restart, and is no one's who may not look or drive.
+//! A bridge that maps without a page: its map grows, agrees with the simulator's walls, survives a
+//! restart, and is closed to those who may not look or drive.
 
 use std::fs;
 use std::path::Path;
@@ -78,7 +78,7 @@ async fn get_bytes(bridge: &Bridge, path: &str) -> Vec<u8> {
     answer.split_off(body + 4)
 }
 
-/// Drives at these speeds, m/s and rad/s, for so many twentieths of a second each.
+/// Drives at these speeds, m/s and rad/s, each for this many twentieths of a second.
 async fn drive(driver: &mut Client, legs: &[(f64, f64, u32)]) {
     for &(forward, turn, times) in legs {
         let mut ticks = tokio::time::interval(Duration::from_millis(50));
@@ -95,7 +95,7 @@ async fn drive(driver: &mut Client, legs: &[(f64, f64, u32)]) {
     }
 }
 
-/// Turns about and drives a little, so that more is seen.
+/// Turns around and drives a little, to see more.
 const ABOUT: [(f64, f64, u32); 3] = [(0.0, 1.0, 60), (0.2, 0.0, 60), (0.0, -1.0, 60)];
 
 #[test]
@@ -107,7 +107,7 @@ fn a_map_comes_without_a_page_grows_and_is_true() {
         assert!(known(&first) > 500, "{}", known(&first));
         let at = watcher.wait(pose).await;
         assert_eq!(at.state, PoseState::Localised);
-        // Nobody but the watcher is a client.
+        // The watcher is the only client.
         let clients = watcher.wait(|message| match message {
             FromBridge::Heartbeat(beat) => Some(beat.clients),
             _ => None,
@@ -120,7 +120,7 @@ fn a_map_comes_without_a_page_grows_and_is_true() {
         let later = watcher.wait(grown).await;
         assert!(later.revision > first.revision);
 
-        // Who comes in later has it at once.
+        // A client that connects later has it at once.
         let mut newcomer = bridge.watcher().await;
         let mut before = vec![];
         let its = newcomer
@@ -147,9 +147,9 @@ fn a_map_survives_the_end_of_the_bridge_and_is_gone_on_in() {
         let file = folder.path().join("flat.slamlab");
         let bridge = Bridge::start(mapping(Some(&file))).await;
         let mut driver = bridge.armed().await;
-        // It comes back to where it began: there the simulated robot of the next start stands.
+        // It returns to where it began, because the simulated robot stands there after a restart.
         drive(&mut driver, &[(0.0, 1.0, 40), (0.0, -1.0, 40)]).await;
-        // Written meanwhile, not only at the end.
+        // Written during the run, not only at the end.
         let saved = |message: &FromBridge| match message {
             FromBridge::Mapping(body) if body.saved > 0 => Some(body.clone()),
             _ => None,
@@ -186,14 +186,14 @@ fn a_map_survives_the_end_of_the_bridge_and_is_gone_on_in() {
             "{truth:?}"
         );
         bridge.stop().await;
-        // The runs of both are in it.
+        // The file holds both runs.
         let again = slamlab::read(&fs::read(&file).unwrap()).unwrap();
         assert!(again.map != kept.map);
     });
 }
 
-/// The robot was carried between two runs. Where it does not find itself at once it maps a piece of
-/// its own until it is proved where that lies, and the map of before is not spoilt by it.
+/// The robot was carried between two runs. If it does not localise itself at once, it maps a
+/// separate piece until the piece's place is proved, and the earlier map is not spoilt.
 #[test]
 fn a_robot_that_was_carried_meanwhile_finds_itself_in_the_map_of_before() {
     async_on_a_calm_machine(async || {
@@ -208,7 +208,7 @@ fn a_robot_that_was_carried_meanwhile_finds_itself_in_the_map_of_before() {
         let bridge = Bridge::start(mapping(Some(&file))).await;
         let mut driver = bridge.armed().await;
         let at = driver.wait(pose).await;
-        // It stands at the origin of the map again, a good metre from where it was left.
+        // It stands at the origin of the map again, more than a metre from where it was left.
         let [x, y, _] = at.pose;
         let is_there = x.hypot(y) < 0.1;
         assert!(at.state == PoseState::Unplaced || is_there, "{at:?}");
@@ -400,7 +400,7 @@ fn foxglove_and_rosbridge_see_the_map_and_where_the_odometry_lies_in_it() {
         let size = info["width"].as_u64().unwrap() * info["height"].as_u64().unwrap();
         assert_eq!(cells.len() as u64, size);
         assert!(cells.iter().any(|cell| *cell == 100) && cells.iter().any(|cell| *cell == 0));
-        // It stands where it began: map, odometry and robot are one.
+        // It stands where it began: map, odometry and robot frames coincide.
         let shift = &tf.unwrap()["transforms"][0]["transform"]["translation"];
         assert!(shift["x"].as_f64().unwrap().abs() < 0.05, "{shift}");
         assert_eq!(pose.unwrap()["header"]["frame_id"], "map");
@@ -431,7 +431,7 @@ fn foxglove_and_rosbridge_see_the_map_and_where_the_odometry_lies_in_it() {
                 }
                 Message::Binary(bytes) => {
                     assert_eq!(&bytes[..5], b"\x01\x07\0\0\0");
-                    // Header, encapsulation, and every cell a byte.
+                    // Header, encapsulation, and one byte per cell.
                     assert!(bytes.len() as u64 > 13 + 4 + size / 2);
                     break;
                 }

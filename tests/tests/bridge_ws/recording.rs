@@ -1,4 +1,4 @@
-//! Recordings: nothing that was acknowledged is lost, and what was recorded plays back.
+//! Recordings: nothing that was acknowledged is lost, and recordings can be played back.
 
 use std::time::Duration;
 
@@ -18,8 +18,8 @@ use tempfile::TempDir;
 
 use super::client::Bridge;
 
-/// The recording names its robot, so that it is mapped as that robot; the export holds all of it
-/// again, with a pose for each scan, and the map as the replay itself has it.
+/// The recording names its robot and is mapped with it; the export contains the whole recording,
+/// plus a pose for each scan, and the map as the replay itself has it.
 #[tokio::test]
 async fn an_export_holds_the_recording_and_its_map() {
     let folder = TempDir::new().unwrap();
@@ -47,7 +47,7 @@ async fn an_export_holds_the_recording_and_its_map() {
         (old.robot().unwrap().preset, new.len()),
         ("rp6".to_owned(), old.len())
     );
-    // As text: a reading that is no number equals itself there.
+    // Compared as text, in which NaN equals itself.
     let messages = old.messages().zip(new.messages());
     for (old, new) in messages {
         let [old, new] = [old, new].map(|message| format!("{:?}", message.unwrap().said));
@@ -73,7 +73,7 @@ async fn an_export_holds_the_recording_and_its_map() {
         (done.poses, done.maps)
     );
     assert_eq!(done.poses, replay.session().scans());
-    // Cells end the message.
+    // The cells are at the end of the message.
     let map = of("/map").last().unwrap().data.to_vec();
     let cells = map[map.len() - truth.cells.len()..].iter();
     assert!(
@@ -81,7 +81,7 @@ async fn an_export_holds_the_recording_and_its_map() {
             .map(|&cell| cell as i8)
             .eq(truth.cells.iter().copied())
     );
-    // A new file only.
+    // Only a new file is accepted.
     let error = export(&file, &mapped, Method::ScanMatching).unwrap_err();
     assert!(error.to_string().contains("already there"), "{error}");
 }
@@ -104,11 +104,11 @@ fn what_was_recorded_plays_back() {
                 _ => None,
             })
             .await;
-        // As SIGKILL would leave it: a copy of what the system has at this moment.
+        // As SIGKILL would leave it: a copy of the file's present content.
         let copy = folder.path().join("killed.mcap");
         std::fs::copy(&file, &copy).unwrap();
         let events = ReplaySource::open(&copy).unwrap().events().count() as u64;
-        // Devices and the like are acknowledged as well, and are no events.
+        // Device states and the like are acknowledged as well, but are not events.
         assert!(events + 10 >= acknowledged, "{events} of {acknowledged}");
         bridge.stop().await;
 

@@ -1,4 +1,4 @@
-//! Named rights, over real sockets: made, taken away and changed while the bridge runs.
+//! Named rights, over real sockets: created, revoked and changed while the bridge runs.
 
 use std::fs;
 use std::time::{Duration, Instant};
@@ -40,7 +40,7 @@ fn a_right_that_is_taken_away_stops_the_robot_at_once_and_shows_its_holder_out()
         assert!(driver.starts_with("anna ("), "{driver}");
         let from = Instant::now();
         stand.revoke("anna");
-        // Whoever drives on all the time gains nothing by it.
+        // Driving on without a pause does not help.
         assert_eq!(drive_on(&mut anna).await, Some(close::REVOKED));
         let after = from.elapsed();
         assert!(after.as_millis() < 1500, "{after:?}");
@@ -108,7 +108,7 @@ fn each_role_may_do_what_is_its_own() {
             })
             .await;
         assert_eq!(reason, DisarmReason::Stop);
-        // A driver takes from a driver, an owner from anybody, nobody from an owner.
+        // A driver takes over from a driver, an owner from anybody, nobody from an owner.
         let mut bert = stand.enter(&bert).await;
         bert.take(true).await;
         assert_eq!(anna.end().await, Some(close::TAKEN_OVER));
@@ -142,7 +142,7 @@ fn a_file_that_is_spoilt_gives_nobody_a_right_and_the_owner_keeps_his() {
         assert!(stand.is_good(&stand.bridge.token).await);
         fs::write(stand.rights.path(), &good).unwrap();
         stand.enter(&token).await;
-        // A role that is changed is another right.
+        // A changed role makes it another right.
         let mut anna = stand.enter(&token).await;
         fs::write(
             stand.rights.path(),
@@ -173,7 +173,7 @@ fn a_new_token_of_the_owner_replaces_the_old_one_without_a_restart() {
     });
 }
 
-/// Else who gives many a token to look has no place left for who drives.
+/// Otherwise many watchers' tokens would leave no place for a driver.
 #[test]
 fn a_watcher_with_a_token_is_a_watcher_to_the_limits() {
     async_on_a_calm_machine(async || {
@@ -193,7 +193,7 @@ fn a_watcher_with_a_token_is_a_watcher_to_the_limits() {
     });
 }
 
-/// The same table, the same end.
+/// The same rules, the same end.
 #[test]
 fn rosbridge_goes_by_the_same_rights() {
     async_on_a_calm_machine(async || {

@@ -1,4 +1,4 @@
-//! A bridge whose rights stand in files, and its audit.
+//! A bridge whose rights are stored in files, and its audit log.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,10 +16,10 @@ use tokio::time::{Instant, timeout};
 use super::client::{Bridge, Came, Client};
 use super::robot::{Memory, with_robot};
 
-/// Whatever is waited for comes sooner, or never.
+/// A timeout: whatever is awaited comes sooner or never.
 const NEVER: Duration = Duration::from_secs(20);
 
-/// A bridge whose rights stand in files.
+/// A bridge whose rights are stored in files.
 pub(crate) struct Stand {
     pub(crate) bridge: Bridge,
     pub(crate) memory: Memory,
@@ -68,7 +68,7 @@ impl Stand {
         self.rights.revoke(&name.parse::<Name>().unwrap()).unwrap();
     }
 
-    /// With this token, as soon as the bridge knows it.
+    /// Enters with this token, as soon as the bridge knows it.
     pub(crate) async fn enter(&self, token: &str) -> Client {
         let until = Instant::now() + NEVER;
         loop {
@@ -81,7 +81,7 @@ impl Stand {
         }
     }
 
-    /// Whether the token lets anybody in now.
+    /// Whether the token is accepted now.
     pub(crate) async fn is_good(&self, token: &str) -> bool {
         let mut client = self.bridge.connect().await;
         client.say(client.hello(Some(token))).await;
@@ -94,7 +94,7 @@ impl Stand {
     }
 }
 
-/// The lines of the audit.
+/// The lines of the audit log.
 fn audit(folder: &Path) -> Vec<Value> {
     let mut files: Vec<PathBuf> = fs::read_dir(folder)
         .unwrap()
@@ -106,7 +106,7 @@ fn audit(folder: &Path) -> Vec<Value> {
     lines.collect()
 }
 
-/// Whether it is let in; else its connection ends.
+/// Whether it is let in; otherwise its connection ends.
 async fn is_welcome(client: &mut Client) -> bool {
     loop {
         match client.next().await {
@@ -117,7 +117,7 @@ async fn is_welcome(client: &mut Client) -> bool {
     }
 }
 
-/// Drives on all the time, until the connection ends; with which code.
+/// Drives without a pause until the connection ends; returns the close code.
 pub(crate) async fn drive_on(client: &mut Client) -> Option<u16> {
     let ends = async {
         loop {

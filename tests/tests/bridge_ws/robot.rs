@@ -1,4 +1,4 @@
-//! A simulated robot that remembers its commands with their times, and how its motors ran.
+//! A simulated robot that records its commands with their times, and how its motors ran.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -12,16 +12,16 @@ use slamlab_core::wire::message::{LinkBody, LinkState, Watching};
 
 const PERIOD: Duration = Duration::from_millis(5);
 
-/// What the robot remembers.
+/// The robot's record.
 #[derive(Clone, Default)]
 pub(crate) struct Memory(Arc<Mutex<Remembered>>);
 
 #[derive(Default)]
 struct Remembered {
     orders: Vec<(Instant, Order)>,
-    /// When the motors ran last.
+    /// When the motors last ran.
     ran: Option<Instant>,
-    /// The link is to be as if a cable were pulled.
+    /// Whether to simulate a pulled cable.
     is_cut: bool,
     has_ended: bool,
     /// When the odometry up to this stamp was sent.
@@ -29,7 +29,7 @@ struct Remembered {
 }
 
 impl Memory {
-    /// Its commands, and when they came.
+    /// Its commands, and when they arrived.
     pub(crate) fn orders(&self) -> Vec<(Instant, Order)> {
         self.0.lock().unwrap().orders.clone()
     }
@@ -93,18 +93,18 @@ pub(crate) fn is_motion(order: &Order) -> bool {
     !is_stop(order) && !matches!(order, Order::ResetEmergencyStop)
 }
 
-/// The robot, in a world that is large enough to run for a while.
+/// The robot, in a world large enough for driving a while.
 pub(crate) struct TestRobot {
     simulation: Simulation,
     memory: Memory,
 }
 
-/// A bridge with such a robot, and what it remembers.
+/// Settings of a bridge with such a robot, and the robot's record.
 pub(crate) fn with_robot() -> (Config, Memory) {
     with_robot_in(worlds::builtin("arena").unwrap())
 }
 
-/// A bridge with such a robot that nobody watches without the token.
+/// Settings of a bridge with such a robot, which nobody may watch without the token.
 pub(crate) fn private() -> Config {
     Config {
         watching: Some(Watching::Token),

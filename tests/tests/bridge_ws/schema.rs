@@ -1,4 +1,4 @@
-//! A client of another age: it is refused in words, and misreads nothing.
+//! A client of another version: it is refused in words, and misreads nothing.
 
 use futures_util::StreamExt;
 use slamlab_core::wire::message::{ClientHello, PROTOCOL, SCHEMA, ToBridge, close, encode};
@@ -17,7 +17,7 @@ fn hello(schema: u64) -> ToBridge {
     })
 }
 
-/// Code and words with which the bridge ends the connection.
+/// Code and reason with which the bridge ends the connection.
 async fn farewell(mut client: Client) -> (u16, String) {
     loop {
         match client.socket.next().await {
@@ -45,7 +45,7 @@ fn a_client_of_another_schema_is_refused_with_its_own_code_and_words() {
                 "{words}"
             );
         }
-        // The right one is let in by the same way.
+        // The right version is accepted in the same way.
         let mut client = bridge.connect().await;
         assert!(!client.enter(None).await);
         assert!(!memory.was_moved());

@@ -1,5 +1,5 @@
-//! What clients get: everything if they are quick, the newest if they are slow, and figures about
-//! it all.
+//! What clients receive: everything if they are quick, the newest if they are slow, and figures
+//! about both.
 
 use std::time::{Duration, Instant};
 
@@ -57,7 +57,7 @@ fn the_bridge_says_what_is_behind_it() {
     });
 }
 
-/// What a page does: its own SLAM on what comes over the wire.
+/// What a page does: its own SLAM on what it receives.
 #[test]
 fn odometry_without_gaps_and_scans_make_a_map() {
     async_on_a_calm_machine(async || {
@@ -104,7 +104,7 @@ fn odometry_without_gaps_and_scans_make_a_map() {
 }
 
 /// A watcher that reads 1 kB a second must not slow down the others, nor fill the memory, and gets
-/// the newest.
+/// the newest messages.
 #[test]
 fn a_slow_watcher_gets_fewer_and_newer_and_is_told() {
     async_on_a_calm_machine(async || {
@@ -120,8 +120,8 @@ fn a_slow_watcher_gets_fewer_and_newer_and_is_told() {
                 newest = body.to;
             }
         }
-        // It has read nothing until now, and reads all at once: what lay in the system's buffers,
-        // then the newest.
+        // It has read nothing until now, and reads everything at once: first the content of the
+        // system's buffers, then the newest.
         let (mut last, mut dropped, mut stamps) = (0, 0, Vec::new());
         let mut said = 0;
         while last < newest || dropped == 0 {

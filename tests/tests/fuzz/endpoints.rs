@@ -1,9 +1,10 @@
-//! What other tools say to a running bridge: JSON of rosbridge and of Foxglove, over real sockets.
+//! Messages of other tools to a running bridge: JSON of rosbridge and of Foxglove, over real
+//! sockets.
 //!
-//! Each input is the first message of a connection of its own; then comes one that is always
-//! answered. So it is known when the input was dealt with, whatever it was. Laws: the connection is
-//! answered or closed, no task of the bridge panics, the bridge lives on, and nobody who showed no
-//! token moves the robot.
+//! Each input is the first message of a connection of its own. A second message, which is always
+//! answered, shows when the input was processed. Laws: the connection is answered or closed, no
+//! task of the bridge panics, the bridge lives on, and a client that showed no token cannot move
+//! the robot.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,7 +25,7 @@ use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::http::HeaderValue;
 
-/// Those that need a bridge.
+/// The targets that need a bridge.
 pub(crate) const ENDPOINTS: &[Target] = &[
     Target {
         name: "rosbridge",
@@ -38,15 +39,15 @@ pub(crate) const ENDPOINTS: &[Target] = &[
     },
 ];
 
-/// Whatever is waited for comes sooner, or never.
+/// A timeout: whatever is awaited comes sooner or never.
 const NEVER: Duration = Duration::from_secs(60);
-/// How the bridge says that it ends.
+/// The close code with which the bridge ends.
 const GOING_AWAY: u16 = 1001;
 
 struct Endpoint {
     path: &'static str,
     protocol: Option<&'static str>,
-    /// Is always answered, and how one sees that this is the answer.
+    /// A message that is always answered, and how to recognise the answer.
     last: fn() -> Message,
     is_answer: fn(&Value) -> bool,
 }
@@ -111,7 +112,7 @@ fn ask(endpoint: &Endpoint, input: &[u8]) -> Result<u64, String> {
     }
 }
 
-/// What was answered up to the last question, and the code where the connection was closed.
+/// What was answered up to the last question, and the code if the connection was closed.
 async fn converse(
     endpoint: &Endpoint,
     address: std::net::SocketAddr,
@@ -119,7 +120,7 @@ async fn converse(
 ) -> Result<BTreeSet<String>, String> {
     let lost = |error: &dyn std::fmt::Display| format!("the bridge is gone: {error}");
     let stream = TcpStream::connect(address).await.map_err(|e| lost(&e))?;
-    // Its port is free again at once: there are thousands of inputs in a second.
+    // Its port is free again at once, because there are thousands of inputs a second.
     stream.set_zero_linger().map_err(|e| lost(&e))?;
     let url = format!("ws://{address}{}", endpoint.path);
     let mut request = url.into_client_request().map_err(|e| lost(&e))?;
@@ -133,7 +134,7 @@ async fn converse(
         .await
         .map_err(|e| lost(&e))?;
     let text = String::from_utf8_lossy(input).into_owned();
-    // A connection that the first of them ended takes no second one.
+    // A connection that the first message ended does not accept a second one.
     let _ = socket.send(Message::text(text)).await;
     let _ = socket.send((endpoint.last)()).await;
     let mut seen = BTreeSet::new();
@@ -149,7 +150,7 @@ async fn converse(
                 if (endpoint.is_answer)(&said) {
                     return Ok(seen);
                 }
-                // Readings come when they come.
+                // Readings arrive at any time.
                 if said["op"] != "publish" {
                     let words =
                         |key: &str| said[key].to_string().chars().take(40).collect::<String>();
@@ -162,7 +163,7 @@ async fn converse(
                 }
             }
             Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Binary(_))) => (),
-            // The system drops the farewell of a connection that had more to read.
+            // The system drops the close frame of a connection with unread data.
             Some(Err(_)) | None => {
                 seen.insert("closed".to_owned());
                 return Ok(seen);
@@ -172,7 +173,7 @@ async fn converse(
     }
 }
 
-/// Set where one of the bridge's threads panicked.
+/// Set if one of the bridge's threads panicked.
 static PANICKED: AtomicBool = AtomicBool::new(false);
 const THREADS: &str = "bridge";
 
@@ -182,7 +183,7 @@ struct Running {
     moved: Arc<Mutex<Option<Order>>>,
 }
 
-/// One bridge for all inputs: what one of them breaks, the next one finds broken.
+/// One bridge for all inputs: what one input breaks, the next one finds broken.
 fn bridge() -> &'static Running {
     static BRIDGE: OnceLock<Running> = OnceLock::new();
     BRIDGE.get_or_init(|| {
@@ -235,7 +236,7 @@ fn bridge() -> &'static Running {
     })
 }
 
-/// A robot that is up, and notes who moves it.
+/// A robot that is up, and records who moves it.
 struct Watchman(Arc<Mutex<Option<Order>>>);
 
 impl Source for Watchman {

@@ -1,4 +1,4 @@
-//! What fuzzing found, for ever; and a little of it each time.
+//! Every crash that fuzzing ever found, as a test; and a little fuzzing each time.
 #![cfg(unix)]
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
@@ -11,7 +11,7 @@ use slamlab_tests::fuzz::{Run, Target, targets, try_one};
 
 use endpoints::ENDPOINTS;
 
-/// Inputs of each target: the same ones each time.
+/// Number of inputs for each target, the same ones each time.
 const INPUTS: u64 = 300;
 
 #[test]
@@ -20,7 +20,7 @@ fn nothing_that_crashed_a_decoder_once_does_so_again() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("crashes")
             .join(target.name);
-        // Nothing was ever found against it.
+        // No crash was ever found in it.
         let Ok(files) = std::fs::read_dir(folder) else {
             continue;
         };

@@ -1,7 +1,7 @@
-//! Flat arrays inside of typed objects: a `Vec` here, a typed array in the page.
+//! Flat arrays inside typed objects: a `Vec` here, a typed array in the page.
 //!
-//! Each type has the name of the page's own, so that it also stands in the types of the objects
-//! around it.
+//! Each type has the name of the page's own typed array, which therefore also appears in the types
+//! of the objects around it.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_wasm_bindgen::preserve;

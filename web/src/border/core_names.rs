@@ -1,5 +1,4 @@
-//! Closed sets whose names stand in a table of the core: a variant that is added there needs no
-//! change here.
+//! Closed sets whose names stand in a table of the core: a new variant there needs no change here.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -29,7 +28,7 @@ macro_rules! core_names {
         }
 
         impl $Name {
-            /// The type as the page has it.
+            /// The type in TypeScript.
             pub const UNION: &str = {
                 const HEAD: &str = concat!("export type ", stringify!($Name), " =");
                 const UNION: ([u8; MOST_BYTES], usize) = union(HEAD, $Core::NAMES);
@@ -46,19 +45,19 @@ macro_rules! core_names {
 }
 
 core_names! {
-    /// A way to do SLAM.
+    /// A SLAM method.
     MethodName of Method;
     /// A planner.
     PlannerName of Planner;
-    /// What a try at a lesson is graded by.
+    /// A measure by which a try at a lesson is graded.
     MeasureName of Measure;
-    /// How a device is.
+    /// The state of a device.
     DeviceStateName of DeviceState;
     /// Why the robot is disarmed.
     DisarmReasonName of DisarmReason;
     /// How a robot stands to its geofence.
     FenceStateName of FenceState;
-    /// What a right is good for.
+    /// The role of a right.
     RoleName of Role;
 }
 
@@ -69,10 +68,10 @@ impl<'de> Deserialize<'de> for MethodName {
     }
 }
 
-/// Room for the longest [`union`]; where it is too little, this does not compile.
+/// Buffer size for the longest [`union`]; if it is too small, this does not compile.
 const MOST_BYTES: usize = 512;
 
-/// The names as a union of TypeScript, `export type Name = | "a" | "b";`, and its length.
+/// The names as a union type of TypeScript, `export type Name = | "a" | "b";`, and its length.
 const fn union(head: &str, names: &[&str]) -> ([u8; MOST_BYTES], usize) {
     let mut text = [b';'; MOST_BYTES];
     let mut at = append(&mut text, 0, head);
@@ -86,7 +85,7 @@ const fn union(head: &str, names: &[&str]) -> ([u8; MOST_BYTES], usize) {
     (text, at + ";".len())
 }
 
-/// Where the text goes on.
+/// Returns where the text continues.
 const fn append(text: &mut [u8], at: usize, part: &str) -> usize {
     let (_, room) = text.split_at_mut(at);
     let (room, _) = room.split_at_mut(part.len());

@@ -1,4 +1,4 @@
-//! Errors that cross: a kind, for whoever decides what to do, and a sentence, for whoever reads it.
+//! Errors that cross to the page: a kind, for the code that handles it, and a sentence, for people.
 
 use js_sys::{Error, Reflect};
 use wasm_bindgen::JsValue;
@@ -33,13 +33,14 @@ impl From<WebError> for JsValue {
     fn from(error: WebError) -> Self {
         let thrown = Error::new(&error.text);
         let kind = error.kind.name();
-        // A new object takes any property; if it ever did not, the sentence would still be there.
+        // A new object takes any property; if it ever did not, the sentence would still arrive.
         let _ = Reflect::set(&thrown, &"kind".into(), &kind.into());
         thrown.into()
     }
 }
 
-/// The kind of each error: of the core's here, of those of these bindings where they are.
+/// The kind of each error: the core's errors are listed here, those of these bindings where they
+/// are defined.
 macro_rules! kinds {
     ($($kind:ident: $($error:path),+;)+) => { $($(
         impl From<$error> for $crate::border::WebError {

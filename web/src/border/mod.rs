@@ -1,12 +1,12 @@
 //! The border to the page: one schema, written here and read in TypeScript.
 //!
-//! `wasm-bindgen` puts the types of all that derives `Tsify` into `www/pkg/slamlab_web.d.ts`;
-//! `www/layout.mjs` asks [`layout`] for the places of numbers in flat arrays. Nothing of it is
-//! typed again by hand.
+//! `wasm-bindgen` puts the types of everything that derives `Tsify` into
+//! `www/pkg/slamlab_web.d.ts`; `www/layout.mjs` asks [`layout`] for the positions of numbers in
+//! flat arrays. Nothing is declared again by hand.
 //!
 //! | file | subject |
 //! |---|---|
-//! | `array` | flat arrays inside of typed objects |
+//! | `array` | flat arrays inside typed objects |
 //! | `core_names` | closed sets by the names that the core has for them |
 //! | `error` | errors: a kind and a sentence |
 //! | `names` | other closed sets: each variant crosses by its name |
@@ -41,10 +41,10 @@ pub use values::SettingValues;
 use serde::Serialize;
 use tsify::{Ts, Tsify};
 
-/// What a method hands to the page.
+/// The return type of a method called by the page.
 pub type Typed<T> = Result<Ts<T>, WebError>;
 
-/// As an object of the page.
+/// Converts to an object of the page.
 pub(crate) fn typed<T: Tsify + Serialize>(value: &T) -> Typed<T> {
     Ok(value.into_ts()?)
 }

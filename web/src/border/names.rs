@@ -1,10 +1,10 @@
-//! Closed sets that the core gives no names: each variant crosses by its name. What a person reads
-//! of it stands in the page, which must have words for all.
+//! Closed sets that have no names in the core: each variant crosses by its name. The page must have
+//! words for all of them.
 
 use slamlab_core::estimation::Rejection;
 
-/// Types of the page with the names of their variants. `of` a type of the core they follow it,
-/// variant by variant; with `=` they are converted back too.
+/// Types of the page with the names of their variants. With `of`, a type follows an enum of the
+/// core variant by variant; with `=`, it is converted back too.
 macro_rules! names {
     ($($(#[$doc:meta])* $name:ident $(of $core:path)? $(= $same:path)? { $($variant:ident = $word:literal),+ $(,)? })+) => { $(
         $(#[$doc])*
@@ -74,10 +74,10 @@ names! {
         StartBlocked = "start-blocked", GoalBlocked = "goal-blocked", Unreachable = "unreachable",
         Exhausted = "exhausted", NotOffered = "not-offered", BudgetSpent = "budget-spent",
     }
-    /// Where planners search: among the true walls, on the map with the unknown taken to be free,
-    /// or only where it is known.
+    /// Where planners search: among the true walls, on the map with unknown cells taken as free, or
+    /// only in known cells.
     Ground { Truth = "truth", Map = "map", Known = "known" }
-    /// What became of a placement of one submap in another, and why: accepted without a search or
+    /// The outcome of a placement of one submap in another, and why: accepted without a search or
     /// by proof; waiting to be judged, for proof, until it is believed possible, or until it is
     /// ahead of its rivals; refused; revoked.
     ClosureOutcome {
@@ -85,40 +85,40 @@ names! {
         NotJudged = "not-judged", TooLittleProof = "too-little-proof", BeyondBelief = "beyond-belief", Rivals = "rivals", Tears = "tears",
         Overruled = "overruled", PlacedElsewhere = "placed-elsewhere", NeverProved = "never-proved", Revoked = "revoked",
     }
-    /// What the filter's consistency says.
+    /// The diagnosis from the filter's consistency.
     DiagnosisName of slamlab_core::estimation::Diagnosis {
         Collecting = "collecting", Blind = "blind", Honest = "honest", WrongMatch = "wrong-match",
         HiddenDrift = "hidden-drift", NoisySightings = "noisy-sightings", Cautious = "cautious",
     }
-    /// Whether the pose in a prior map is to be believed.
+    /// Whether the pose in a prior map can be trusted.
     LocalisationName of slamlab_core::estimation::Localisation {
         Localised = "localised", Ambiguous = "ambiguous", Lost = "lost",
     }
-    /// What became of a line of the scan.
+    /// What was decided about a line of the scan.
     Decision {
         Matched = "matched", Added = "added", Ambiguous = "ambiguous", OutsideGate = "outside-gate", Taken = "taken",
         OnAWall = "on-a-wall", Seam = "seam", Singular = "singular",
     }
-    /// What a landmark is; a row of `LANDMARK` has its place in this list.
+    /// The kind of a landmark; a row of `LANDMARK` has its index in this list.
     LandmarkName { Wall = "wall", Corner = "corner", Post = "post" }
-    /// Inside which gate a candidate lies.
+    /// The gate in which a candidate lies.
     Gate of slamlab_core::estimation::Gate { Match = "match", Near = "near", Far = "far", Beyond = "beyond" }
-    /// What a point of a scan is.
+    /// The kind of a point in a scan.
     PointName of slamlab_core::features::PointKind {
         Corner = "corner", Spike = "spike", Crossing = "crossing", Circle = "circle",
     }
-    /// Whether something that is followed moves.
+    /// Whether a tracked object moves.
     TrackMotionName of slamlab_core::tracking::TrackMotion {
         New = "new", Moving = "moving", Paused = "paused", Standing = "standing",
     }
-    /// A field of the grid: distance to the nearest wall, how well a beam's end fits, the room
+    /// A field of the grid: distance to the nearest wall, how well a beam's end fits, the clearance
     /// around the robot's centre.
     FieldName { Distance = "distance", Likelihood = "likelihood", Room = "room" }
-    /// What a region of the topological map is.
+    /// The kind of a region of the topological map.
     RegionName of slamlab_core::map::RegionKind { Room = "room", Corridor = "corridor" }
-    /// What is to be thought of a map.
+    /// The verdict on a map.
     MapVerdictName of slamlab_core::estimation::MapVerdict { Good = "good", Doubtful = "doubtful", Torn = "torn" }
-    /// Why nothing can be said of a map.
+    /// Why a map cannot be judged.
     UnjudgeableName of slamlab_core::estimation::Unjudgeable {
         NoSurfaces = "no-surfaces", OneScan = "one-scan", Unmatched = "unmatched",
     }
@@ -126,30 +126,30 @@ names! {
     TearName of slamlab_core::estimation::TearKind {
         Doubled = "doubled", Contradicted = "contradicted", Loose = "loose", Unproven = "unproven",
     }
-    /// What the registration of two clouds is worth.
+    /// The verdict on a registration of two clouds.
     VerdictName of slamlab_core::registration::Verdict {
         Converged = "converged", Degenerate = "degenerate", TooFewPoints = "too-few-points",
         NotConverged = "not-converged", LocalMinimum = "local-minimum", Ambiguous = "ambiguous",
     }
-    /// What the axes of a map of starts are.
+    /// The axes of a map of starts.
     BasinAxesName of slamlab_core::registration::BasinAxes { ShiftTurn = "shift-turn", Place = "place" }
-    /// What became of a start; a row of `BASIN` has its place in this list.
+    /// The outcome of a start; a row of `BASIN` has its index in this list.
     BasinOutcomeName of slamlab_core::registration::BasinOutcome {
         Found = "found", LostAndSaysSo = "lost-and-says-so", WronglySure = "wrongly-sure",
     }
-    /// What a person changes on the map.
+    /// The kind of a person's change to the map.
     EditName = slamlab_core::estimation::EditKind { Erase = "erase", Wall = "wall", Glass = "glass" }
     /// How σ of the range grows with the range.
     GrowthName = slamlab_core::points::Growth { Linear = "linear", Square = "square" }
-    /// What a ranger's characteristic is a polynomial of.
+    /// The variable of a ranger's characteristic, which is a polynomial.
     VariableName = slamlab_core::robot::Variable { Volts = "volts", PerVolt = "per-volt" }
-    /// What the number of a setting is: any, a whole one, off or on, the place in a list.
+    /// The kind of a setting's number: real, whole, off or on, or an index into a list.
     SettingKind of slamlab_core::settings::Kind { Real = "real", Whole = "whole", Switch = "switch", Choice = "choice" }
-    /// What told where a map lies.
+    /// What an alignment of maps is based on.
     AlignedName of slamlab_core::estimation::AlignedBy { Walls = "walls", Landmarks = "landmarks", Both = "both" }
-    /// What poses of another file are to a recording.
+    /// How poses of another file relate to a recording.
     PosesAs { Odometry = "odometry", Truth = "truth" }
-    /// How a path of poses came to lie where it does.
+    /// How a path of poses was placed.
     PathPlaced { Time = "time", Begin = "begin" }
     /// What can be saved.
     SavedKind {

@@ -1,4 +1,4 @@
-//! Flat arrays of rows: which number of a row stands where, said once for both sides.
+//! Flat arrays of rows: the position of each number in a row, stated once for both sides.
 
 use std::fmt::Write as _;
 
@@ -26,7 +26,7 @@ macro_rules! rows {
             }
         )+
 
-        /// Title, documentation and fields of each.
+        /// Title, documentation and fields of each kind of row.
         const ROWS: &[(&str, &str, &[&str])] = &[$(($title, concat!($($doc),+), $row::FIELDS)),+];
     };
 }
@@ -124,7 +124,7 @@ rows! {
     "TWIN": TwinRow of f64 { time, x, y, heading, position_off, position_sigma3, heading_off, heading_sigma3, ranges }
 }
 
-/// Rows one after the other.
+/// Rows as one flat array.
 pub(crate) fn flat<R, N, const STRIDE: usize, A: FromIterator<N>>(
     rows: impl IntoIterator<Item = R>,
 ) -> A
@@ -134,7 +134,7 @@ where
     rows.into_iter().flat_map(<[N; STRIDE]>::from).collect()
 }
 
-/// Places of numbers in flat arrays, as a module of TypeScript; `www/layout.mjs` puts it beside the
+/// Positions of numbers in flat arrays, as a TypeScript module; `www/layout.mjs` puts it beside the
 /// bindings.
 #[wasm_bindgen]
 #[must_use]

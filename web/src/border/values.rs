@@ -1,4 +1,4 @@
-//! Settings by their keys, as page and files name them.
+//! Settings by their keys, as the page and files name them.
 
 use std::collections::BTreeMap;
 
@@ -13,9 +13,9 @@ use tsify::Tsify;
 pub struct SettingValues(pub BTreeMap<String, f64>);
 
 impl SettingValues {
-    /// Sets all of them that have an effect on such a run; see [`Settings::take`].
+    /// Applies those settings that have an effect on a run of this scope; see [`Settings::take`].
     ///
-    /// # Errors    [`SettingError`] for a key that does not exist, and a number out of range.
+    /// # Errors    [`SettingError`] for an unknown key, and a number out of range.
     pub(crate) fn apply_to(
         &self,
         settings: &mut Settings,

@@ -1,7 +1,7 @@
 //! Makes the JavaScript bindings of a WebAssembly module: `make-bindings MODULE FOLDER [--debug]`;
 //! `xtask::wasm` calls it.
 //!
-//! The library form of wasm-bindgen's tool is part of this program, so there is nothing to install,
+//! The library form of wasm-bindgen's tool is part of this program. Nothing has to be installed,
 //! and cargo pins it to the version of the crate: the two must be equal.
 
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ fn main() -> Result<()> {
         .web(true)?
         .typescript(true)
         .debug(debug)
-        // A tenth of the module. A panic tells its file and line without them.
+        // The names are a tenth of the module. A panic reports its file and line without them.
         .remove_name_section(!debug)
         .remove_producers_section(true)
         .generate(folder)

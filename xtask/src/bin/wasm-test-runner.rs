@@ -1,9 +1,9 @@
-//! Runs tests that are compiled for wasm32, in headless Chromium; cargo calls it
+//! Runs tests that are compiled for wasm32 in headless Chromium; called by cargo
 //! (`.cargo/config.toml`).
 //!
-//! It is wasm-bindgen's own runner, pinned to the version of the crate, with Chromium and
-//! chromedriver found first. The runner takes its settings from the environment, so this program
-//! starts itself once more with them.
+//! It is wasm-bindgen's own runner, pinned to the version of the crate; Chromium and chromedriver
+//! are found first. The runner takes its settings from the environment, so this program starts
+//! itself once more with them.
 
 use std::env;
 use std::path::Path;
@@ -29,13 +29,13 @@ fn main() -> Result<()> {
         .env("WASM_BINDGEN_TEST_TIMEOUT", timeout_seconds())
         .status()
         .context("cannot start the test runner")?;
-    // `exit` runs no destructors: the folder goes first.
+    // `exit` runs no destructors, so the folder is removed first.
     drop(folder);
     std::process::exit(status.code().unwrap_or(1))
 }
 
-/// What Chromium is started with: no window, no traffic of its own, and no sandbox, which does not
-/// work for root.
+/// How Chromium is started: no window, no traffic of its own, and no sandbox, which does not work
+/// for root.
 fn capabilities(chrome: &Path) -> Value {
     json!({ "goog:chromeOptions": {
         "binary": chrome,
@@ -46,7 +46,7 @@ fn capabilities(chrome: &Path) -> Value {
     } })
 }
 
-/// Whole experiments run in the browser too; the runner's own 20 s are for unit tests.
+/// Whole experiments run in the browser too; the runner's default of 20 s is meant for unit tests.
 fn timeout_seconds() -> String {
     env::var("WASM_BINDGEN_TEST_TIMEOUT").unwrap_or_else(|_| "300".to_owned())
 }

@@ -1,4 +1,4 @@
-//! The `.deb`: files in their places, and what `dpkg` must know of them.
+//! The `.deb`: files in their places, and the control information for `dpkg`.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use super::{Feature, Target, names};
 use crate::tools;
 
-/// Where files of the repository come to stand: from, to.
+/// Files of the repository that are installed: from, to.
 const FILES: [(&str, &str); 5] = [
     ("deploy/bridge.toml", "etc/slamlab"),
     ("deploy/slamlab-bridge.service", "lib/systemd/system"),
@@ -23,7 +23,8 @@ const SCRIPTS: [&str; 3] = ["postinst", "prerm", "postrm"];
 /// Makes the package in `target/package`.
 pub(super) fn build(target: Target, features: &[Feature], program: &Path) -> Result<PathBuf> {
     let dpkg = tools::dpkg_deb()?;
-    // What it can more is part of its version: either kind can take the other's place.
+    // Additional features are part of its version; packages with and without them can replace each
+    // other.
     let version = match features {
         [] => env!("CARGO_PKG_VERSION").to_owned(),
         _ => concat!(env!("CARGO_PKG_VERSION"), "+").to_owned() + &names(features, "."),
@@ -85,7 +86,7 @@ fn write(to: &Path, text: &str) -> Result<()> {
     fs::write(to, text).with_context(|| format!("cannot write {}", to.display()))
 }
 
-/// Folders that anybody may read, whatever the umask of whoever packs.
+/// Makes folders that everybody can read, whatever the umask of the person who packs.
 fn make_place(file: &Path) -> Result<()> {
     let Some(folder) = file.parent() else {
         return Ok(());
@@ -98,7 +99,7 @@ fn make_place(file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Debian wants one; what changed stands in the repository.
+/// Debian requires one; the changes are listed in the repository.
 fn changelog(folder: &Path, version: &str) -> Result<()> {
     let plain = folder.join("changelog");
     let text = format!(
@@ -111,7 +112,7 @@ fn changelog(folder: &Path, version: &str) -> Result<()> {
     tools::run(gzip.args(["-9", "--no-name", "--force"]).arg(&plain))
 }
 
-/// Bytes of all files.
+/// Total size of all files, bytes.
 fn size(folder: &Path) -> Result<u64> {
     let mut sum = 0;
     for entry in fs::read_dir(folder)? {

@@ -1,5 +1,5 @@
 //! Runs the program of a package as a person would first meet it: does it serve its page, does the
-//! doctor speak, and does it map, with how much memory?
+//! doctor answer, and does it map, with how much memory?
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -14,12 +14,12 @@ use anyhow::{Context, Result, bail, ensure};
 use super::{Target, deb};
 use crate::tools;
 
-/// An emulated processor on a loaded machine may take its time.
+/// An emulated processor on a loaded machine may be slow.
 const PATIENCE: Duration = Duration::from_secs(120);
-/// It maps for so long, until its memory is looked at.
+/// Time of mapping before its memory is measured.
 const MAPPING: Duration = Duration::from_secs(20);
 
-/// Unpacks the package and runs its program; skipped by name where the other processor cannot be
+/// Unpacks the package and runs its program; reported as skipped if the other processor cannot be
 /// emulated.
 pub(super) fn test(target: Target, package: &Path) -> Result<()> {
     let emulator = format!("qemu-{}-static", target.processor());
@@ -58,7 +58,7 @@ impl Installed {
             }
             None => Command::new(program),
         };
-        // Away from the repository, whose www/dist must not be what is served.
+        // Away from the repository, whose www/dist it must not serve.
         command.current_dir(&self.folder).stdin(Stdio::null());
         command
     }
@@ -142,7 +142,8 @@ impl Installed {
         bridge.stop()
     }
 
-    /// A robot that stands sees the room around it. Under an emulator the memory is that of both.
+    /// A standing robot sees the room around it. Under an emulator the memory includes the
+    /// emulator's.
     fn robot_is_mapped(&self) -> Result<()> {
         let (bridge, address) = self.serving("--map house.slamlab")?;
         let begun = Instant::now();
@@ -169,7 +170,7 @@ impl Installed {
     }
 }
 
-/// Memory of a process at its most, kB.
+/// Peak memory of a process, kB.
 ///
 /// Source: proc_pid_status(5), `VmHWM`.
 fn most_memory(id: u32) -> Result<u64> {
@@ -180,7 +181,7 @@ fn most_memory(id: u32) -> Result<u64> {
     Ok(number.parse()?)
 }
 
-/// The program, ended when this is dropped.
+/// The program; it is ended when this is dropped.
 struct Running(Child);
 
 impl Running {
@@ -210,13 +211,13 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // One that has ended already cannot be.
+        // A program that has already ended cannot be killed.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
-/// Head (in small letters) and body of an answer.
+/// Head (in small letters) and body of a response.
 fn get(address: &str, path: &str) -> Result<(String, Vec<u8>)> {
     let mut stream = TcpStream::connect(address)?;
     stream.set_read_timeout(Some(PATIENCE))?;

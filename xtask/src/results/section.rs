@@ -1,4 +1,4 @@
-//! A result's section of the file, written and read back.
+//! The section of a result in the file: writing and reading it.
 
 use std::fmt;
 
@@ -8,12 +8,12 @@ use anyhow::{Context, Result};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Section {
     pub(super) name: String,
-    /// What is claimed, a sentence.
+    /// The claim, one sentence.
     pub(super) claim: String,
     pub(super) command: String,
     /// Date, machine, commit.
     pub(super) facts: String,
-    /// Folders and git's hashes of them.
+    /// Folders and their git hashes.
     pub(super) code: String,
     /// What the command printed.
     pub(super) figures: String,
@@ -37,7 +37,7 @@ impl fmt::Display for Section {
     }
 }
 
-/// The sections of a file that was written so.
+/// The sections of such a file.
 pub(super) fn parse(text: &str) -> Result<Vec<Section>> {
     let sections = text.split("\n## ").skip(1);
     sections.map(parse_one).collect()

@@ -17,28 +17,28 @@ pub(super) struct Entry {
     pub(super) name: &'static str,
     source: Source,
     takes: Takes,
-    /// Folders of code that change what is measured.
+    /// Folders whose code affects the result.
     pub(super) measures: &'static [&'static str],
-    /// What is claimed, a sentence without figures.
+    /// The claim, one sentence without figures.
     pub(super) claim: &'static str,
 }
 
-/// What measures.
+/// How it is measured.
 #[derive(Clone, Copy, Debug)]
 enum Source {
-    /// The example `report` of core, with the entry's name.
+    /// By the example `report` of core, with the entry's name.
     Report,
-    /// `cargo xtask report`, with the entry's name.
+    /// By `cargo xtask report`, with the entry's name.
     Promise,
-    /// The example `evaluate` of core, on this log of the recorded data.
+    /// By the example `evaluate` of core, on this log of the recorded data.
     Log(&'static str),
-    /// The example `workloads` of core, on the peers' inputs.
+    /// By the example `workloads` of core, on the peers' inputs.
     Workloads,
-    /// Bytes of the page's files.
+    /// By the size of the page's files, bytes.
     Sizes,
 }
 
-/// How long it takes, compilation apart.
+/// How long it takes, without compilation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Takes {
     /// Less than two minutes.
@@ -172,7 +172,7 @@ const fn entry(
 }
 
 impl Entry {
-    /// Whether it takes less than two minutes, compilation apart.
+    /// Whether it takes less than two minutes, without compilation.
     pub(super) fn is_quick(&self) -> bool {
         self.takes == Quick
     }
@@ -194,7 +194,7 @@ impl Entry {
         }
     }
 
-    /// Measures, and returns what is printed.
+    /// Measures, and returns the printed output.
     ///
     /// A command may report by its exit status that a claim does not hold: that is a result, too.
     pub(super) fn run(&self) -> Result<String> {
@@ -221,7 +221,7 @@ impl Entry {
         if text.is_empty() {
             bail!("`{line}` measured nothing ({})", output.status);
         }
-        // Where the data lies is of no interest, and differs by machine.
+        // The location of the data is irrelevant, and differs between machines.
         let data = tools::data_folder();
         let text = text.replace(&*data.to_string_lossy(), "DATA");
         match self.source {
@@ -231,7 +231,7 @@ impl Entry {
     }
 }
 
-/// What is measured of a log but for its lists of hundreds of loops and stretches.
+/// The figures of a log without its lists of hundreds of loops and stretches.
 fn without_lists(text: &str) -> Result<String> {
     let mut figures: Value = serde_json::from_str(text).context("no JSON was printed")?;
     if let Some(quality) = figures.get_mut("quality").and_then(Value::as_object_mut) {

@@ -1,4 +1,4 @@
-//! What befalls logs elsewhere, done to those that are here.
+//! Damage as in logs of others, applied to the recorded logs.
 
 use std::f64::consts::PI;
 
@@ -8,36 +8,36 @@ use slamlab_core::format::carmen::{BeamFan, CarmenLog};
 use slamlab_core::geom::{Length, Pose2};
 use slamlab_core::robot::Scan;
 
-/// Mean lengths of the stretches of scans that are kept, and of those that are lost.
+/// Mean numbers of consecutive scans that are kept, and that are lost.
 const KEPT: f64 = 90.0;
 const LOST: f64 = 10.0;
-/// Wheels that are larger than believed, and unequal: rad of turn for a metre.
+/// Factor by which the reported distances are too long, and false turn per metre, rad.
 const SCALE: f64 = 1.1;
 const BEND: f64 = 5.0 * PI / 180.0;
-/// Of so many beams each so-many-th is left, and sees so far, m.
+/// Number of beams that are left, every how many-th, and their range, m.
 const FEW_BEAMS: usize = 11;
 const EVERY: usize = 18;
 const REACH: f32 = 5.0;
 
-/// What was done to a log.
+/// The damage to a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Damage {
     /// Nothing.
     Whole,
     /// All poses are zero; the laser stays where it sits on the robot.
     WithoutOdometry,
-    /// Every third scan is left.
+    /// Only every third scan is left.
     Third,
     /// A tenth of the scans is lost, in bursts.
     Bursts,
-    /// The wheels report ways a tenth too long, and a turn of 5° for each metre.
+    /// The wheels report distances a tenth too long, and a false turn of 5° per metre.
     Bent,
-    /// 11 beams of 180 are left, every 18th, and see 5 m far.
+    /// Of 180 beams 11 are left, every 18th, with a range of 5 m.
     ElevenBeams,
 }
 
 impl Damage {
-    /// For the names of rows.
+    /// The suffix of a row's name.
     pub(super) fn suffix(self) -> &'static str {
         match self {
             Self::Whole => "",
@@ -49,7 +49,7 @@ impl Damage {
         }
     }
 
-    /// Does it.
+    /// Applies it.
     pub(super) fn apply(self, mut log: CarmenLog) -> CarmenLog {
         match self {
             Self::Whole => {}
@@ -67,7 +67,7 @@ impl Damage {
     }
 }
 
-/// The same ones each time.
+/// The lost scans are the same in every run.
 fn lose_bursts(log: &mut CarmenLog) {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut length = |mean: f64| (-mean * libm::log(1.0 - rng.random::<f64>())) as usize + 1;
@@ -97,7 +97,8 @@ fn bend(log: &mut CarmenLog) {
     }
 }
 
-/// The last of the 11, straight to the left, is the reading 1° beside it: of 180 none is there.
+/// The last of the 11, straight to the left, takes the reading 1° beside it, because 180 beams have
+/// none there.
 fn with_few_beams(log: &CarmenLog) -> CarmenLog {
     let fan = BeamFan::half_circle(FEW_BEAMS);
     let mut few = CarmenLog::empty();

@@ -1,4 +1,4 @@
-//! One log, damaged or not, mapped by the default method and held against its reference.
+//! One log, damaged or not, mapped by the default method and compared with its reference.
 
 use std::path::{Path, PathBuf};
 
@@ -18,16 +18,16 @@ use crate::log_file;
 use crate::peak_memory::peak_memory_mb;
 use crate::statistics::quantile;
 
-/// Poses within so many metres, and at least so many seconds apart, are visits of one place.
+/// Poses within this distance, m, and at least this far apart in time, s, are visits of one place.
 const SAME_PLACE: f64 = 2.0;
 const OTHER_VISIT: f64 = 20.0;
-/// Fewer other visits tell nothing.
+/// With fewer other visits nothing can be said.
 const LEAST_VISITS: usize = 4;
-/// A turn is as bad as the way by which it moves a wall so far away, m: a robot before a door.
+/// A turn counts as the shift of a wall this far away, m: a robot before a door.
 const WALL_AWAY: f64 = 2.0;
-/// So many poses on end have to lie wrong: a single scan is no part of a map.
+/// This many consecutive poses have to be wrong: a single scan is not a part of a map.
 const ON_END: usize = 3;
-/// Stamps nearer than this are those of one scan, s.
+/// Stamps closer than this belong to the same scan, s.
 const SAME_STAMP: f64 = 1e-3;
 /// Relations over at least this time show whether loops close, s.
 const LONG: f64 = 20.0;
@@ -39,7 +39,7 @@ pub(super) struct Building {
     pub(super) kind: Kind,
 }
 
-/// How it was recorded, and what it is held against.
+/// How it was recorded, and what it is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
     /// Every scan; relations.
@@ -73,7 +73,7 @@ impl Building {
     }
 }
 
-/// What came of a run.
+/// The result of a run.
 pub(super) struct Run {
     pub(super) scans: usize,
     pub(super) closures: usize,
@@ -83,19 +83,19 @@ pub(super) struct Run {
     pub(super) long: RelationErrors,
     motions: Vec<StampedMotion>,
     trajectory: Vec<(f64, Pose2)>,
-    /// Of the trajectory, the scans that are in the map.
+    /// The part of the trajectory whose scans are drawn in the map.
     drawn: Vec<(f64, Pose2)>,
-    /// In that of the log, processor time of the process: it means something where nothing else
-    /// runs beside.
+    /// Multiple of real time, by processor time of the process: meaningful only if nothing else
+    /// runs in it.
     pub(super) real_time_factor: f64,
     pub(super) scan_ms_p99: f64,
-    /// Of the process until now, MB.
+    /// High-water mark of the process so far, MB.
     pub(super) peak_memory_mb: Option<f64>,
-    /// What the map is said to be worth, by itself.
+    /// The map's own verdict on itself.
     pub(super) quality: MapQuality,
 }
 
-/// A pose of the whole log's map, and the same of another.
+/// A pose of the whole log's map, and the same pose in another map.
 struct Visit {
     seconds: f64,
     reference: Pose2,
@@ -103,7 +103,7 @@ struct Visit {
 }
 
 impl Visit {
-    /// Relative to the other visits of its place, m: their median.
+    /// Shift of its walls relative to the median of the other visits of its place, m.
     fn walls_off(&self, visits: &[Self]) -> Option<f64> {
         let place = self.reference.position();
         let others = visits.iter().filter(|other| {
@@ -127,7 +127,7 @@ impl Visit {
 }
 
 impl Run {
-    /// # Errors    A log or reference that cannot be read or belong to different logs.
+    /// # Errors    A log or reference that cannot be read, or that do not belong together.
     pub(super) fn of(building: Building, damage: Damage, data: &Path) -> Result<Self> {
         let [path, _] = building.files(data);
         let begin = cpu_seconds();
@@ -179,11 +179,11 @@ impl Run {
         })
     }
 
-    /// How far this map has walls from where the other visits of the same place have them, by the
-    /// map of the whole log: the most that a few scans on end have in common, of those that were
-    /// drawn, m. Relations are few and lie where their authors looked, and their mean hides one bad
-    /// room; this looks everywhere, and at each place for itself. The median over the other visits
-    /// tells the one that lies wrong from those that it is held against.
+    /// How far this map has walls from where the other visits of the same place have them,
+    /// according to the map of the whole log: the maximum over the drawn scans of what a few
+    /// consecutive scans have in common, m. Relations are few and lie where their authors looked,
+    /// and their mean hides one bad room; this looks everywhere, and at each place separately. The
+    /// median over the other visits tells a wrong visit from those that it is compared with.
     pub(super) fn walls_off(&self, whole: &Self) -> f64 {
         let mut visits: Vec<Visit> = vec![];
         let mut mapped = self.drawn.iter().peekable();
@@ -209,7 +209,7 @@ impl Run {
         off.windows(ON_END).map(in_common).fold(0.0, f64::max)
     }
 
-    /// Errors over those motions only whose scans another run has, too: what is left of a log may
+    /// Errors over only those motions whose scans another run has, too: what is left of a log may
     /// be easier or harder than the whole.
     pub(super) fn errors_over_those_of(&self, other: &Self) -> RelationErrors {
         let has =

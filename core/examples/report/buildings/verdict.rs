@@ -1,14 +1,15 @@
-//! What a map is said to be worth, held against the errors of its trajectory.
+//! The verdict on a map, compared with the errors of its trajectory.
 //!
-//! 1. A map is really torn where it has the walls of a place more than [`TORN_BEYOND`] from where
-//!    the other visits of that place have them, by the whole log's map, which is known to be good
-//!    ([`Run::walls_off`]). That is what the verdict claims: somewhere, not on average; and of
-//!    walls, for a scan whose pose is right but for its heading draws them wrong as well.
-//!    Or where more of its motions are wrong (off by over half a metre) than of the whole log's map
-//!    over the same motions, by a part that noise does not explain: [`TORN_PART`]. A whole log is
-//!    held against none wrong at all. References of key frames are themselves good to some
-//!    centimetres only, and hold few motions: [`TORN_PART_OF_KEYFRAMES`].
-//! 2. Every map that is really torn has to be called so, and of the others less than
+//! 1. A map is really torn if it has the walls of a place more than [`TORN_BEYOND`] from where the
+//!    other visits of that place have them, according to the whole log's map, which is known to be
+//!    good ([`Run::walls_off`]). That is what the verdict claims: an error somewhere, not on
+//!    average, and an error of walls, because a scan with a wrong heading draws them wrong even if
+//!    its position is right. It is also torn if more of its motions are wrong (off by over half a
+//!    metre) than of the whole log's map over the same motions, by a part that noise does not
+//!    explain: [`TORN_PART`]. A whole log is compared with no wrong motions at all. References of
+//!    keyframes are themselves only good to some centimetres, and hold few motions:
+//!    [`TORN_PART_OF_KEYFRAMES`].
+//! 2. Every map that is really torn has to be called torn, and of the others less than
 //!    [`MOST_FALSE`]. `doubtful` does not count as torn.
 
 use serde_json::{Value, json};
@@ -17,31 +18,31 @@ use slamlab_core::estimation::{MapVerdict, Tear};
 use super::run::{Kind, Run};
 use crate::Outcome;
 
-/// The part of wrong motions, beyond those of the whole log, of a map that is really torn.
+/// A map is really torn if its part of wrong motions exceeds that of the whole log by this.
 const TORN_PART: f64 = 0.005;
 const TORN_PART_OF_KEYFRAMES: f64 = 0.02;
-/// A good map is off by less than this everywhere, m: that of `estimation::map_quality`.
+/// A good map is off by less than this everywhere, m, as in `estimation::map_quality`.
 const TORN_BEYOND: f64 = 0.3;
-/// The most maps that are called torn and are not, as a part of those that are not.
+/// Maximum part of the good maps that may be called torn.
 const MOST_FALSE: f64 = 0.05;
 
-/// Of one run.
+/// The judgement of one run.
 pub(super) struct Judged {
     name: String,
-    /// What the map is said to be.
+    /// The verdict on the map.
     verdict: MapVerdict,
     tears: Vec<Tear>,
     agreement: Option<f64>,
-    /// Parts of wrong motions: of this map, and of the whole log's over the same.
+    /// Parts of wrong motions: in this map, and in the whole log's map over the same motions.
     wrong: f64,
     wrong_of_whole: f64,
-    /// How far walls are off at the worst place, by the whole log's map, m.
+    /// How far walls are off at the worst place, according to the whole log's map, m.
     walls_off: Option<f64>,
     is_torn: bool,
 }
 
 impl Judged {
-    /// A run, and the one of the whole log where that is another.
+    /// From a run, and the run of the whole log if that is another one.
     pub(super) fn of(name: String, kind: Kind, run: &Run, whole: Option<&Run>) -> Self {
         let wrong = run.errors.wrong_part;
         let wrong_of_whole = whole.map_or(0.0, |whole| whole.errors_over_those_of(run).wrong_part);
@@ -72,7 +73,7 @@ impl Judged {
         self.is_called_torn() == self.is_torn
     }
 
-    /// For the table of the report.
+    /// Row for the table of the report.
     fn json(&self) -> Value {
         let place = |tear: &Tear| {
             let kind = tear.kind.name();
@@ -91,7 +92,7 @@ impl Judged {
         })
     }
 
-    /// For the table of standard error.
+    /// Row for the table on standard error.
     fn row(&self) -> String {
         let part = |part: f64| format!("{:.2} %", 100.0 * part);
         let is = if self.is_torn { "torn" } else { "whole" };
@@ -104,7 +105,7 @@ impl Judged {
     }
 }
 
-/// Adds what was said of all maps, and what of that is wrong.
+/// Adds the verdicts on all maps, and which of them are wrong.
 pub(super) fn report(judged: &[Judged], outcome: &mut Outcome) {
     eprintln!("\n| row | said (places) | is | wrong | of the whole log | walls off | right |");
     eprintln!("| --- | --- | --- | --- | --- | --- | --- |");

@@ -1,5 +1,5 @@
-//! The occupancy grid once more, by the definitions and without a thought of speed: a table of
-//! cells, and each rule as one says it.
+//! The occupancy grid once more, directly from the definitions and without regard to speed: a table
+//! of cells, and each rule in its plain form.
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,12 +10,12 @@ use slamlab_core::map::{CellIndex, FreeCells, Grid, GridConfig};
 use super::Seen;
 
 type Cell = (i32, i32);
-/// Ends of a way that is free, in cells.
+/// Ends of a free ray, in cells.
 type Way = [Point2<f64>; 2];
 
-/// Cells farther than this from a side are in or out for certain; in cells squared.
+/// Cells farther than this from a side are surely inside or outside; in cells squared.
 const TOUCHES: f64 = 1e-6;
-/// Beams farther apart have nothing between them, rad.
+/// Between beams farther apart than this nothing is free, rad.
 const GAP: f64 = 0.1;
 
 /// Log-odds by cell.
@@ -43,7 +43,7 @@ impl NaiveGrid {
         }
     }
 
-    /// Cells of either grid that differ in a bit, cells compared, and cells skipped.
+    /// Cells that differ in any bit, cells compared, and cells skipped.
     pub(super) fn differences(&self, grid: &Grid) -> [usize; 3] {
         let mut all: HashSet<Cell> = self.odds.keys().copied().collect();
         if let Some(rect) = grid.rect_where(|odds| odds != 0.0) {
@@ -60,7 +60,7 @@ impl NaiveGrid {
     }
 }
 
-/// Cells that are free, and those of which it is not certain.
+/// Cells that are free, and those for which this is uncertain.
 fn free(seen: &Seen, config: &GridConfig) -> (HashSet<Cell>, Vec<Cell>) {
     let way = |way: &[Point2<f64>; 2]| way.map(|end| in_cells(seen, config, end));
     let ways: Vec<Way> = seen.evidence.free.iter().map(way).collect();
@@ -71,7 +71,7 @@ fn free(seen: &Seen, config: &GridConfig) -> (HashSet<Cell>, Vec<Cell>) {
     }
 }
 
-/// A way is cut where it meets a border of cells; each piece lies in the cell of its middle.
+/// A ray is cut wherever it crosses a border of cells; each piece lies in the cell of its middle.
 fn crossed(way: &Way) -> Vec<Cell> {
     let [start, end] = way;
     let delta = end - start;
@@ -86,7 +86,7 @@ fn crossed(way: &Way) -> Vec<Cell> {
     cuts.windows(2).map(middle).map(cell).collect()
 }
 
-/// Along the longer axis a cell each, the other coordinate rounded.
+/// One cell per step along the longer axis, the other coordinate rounded.
 fn bresenham(way: &Way) -> Vec<Cell> {
     let ((ax, ay), (bx, by)) = (cell(way[0]), cell(way[1]));
     let n = (bx - ax).abs().max((by - ay).abs());
@@ -98,7 +98,7 @@ fn bresenham(way: &Way) -> Vec<Cell> {
     (0..=n).map(step).collect()
 }
 
-/// Cells whose centre lies in the triangle between a way and the next one round.
+/// Cells whose centre lies in the triangle between a ray and the next one around.
 fn between(ways: &[Way]) -> (HashSet<Cell>, Vec<Cell>) {
     let (mut inside, mut unsure) = (HashSet::new(), vec![]);
     for (at, way) in ways.iter().enumerate() {
@@ -125,7 +125,7 @@ fn between(ways: &[Way]) -> (HashSet<Cell>, Vec<Cell>) {
     (inside, unsure)
 }
 
-/// `None` where the centre lies on a side.
+/// `None` if the centre lies on a side.
 fn is_in_triangle((col, row): Cell, corners: &[Point2<f64>; 3]) -> Option<bool> {
     let centre = Point2::new(f64::from(col) + 0.5, f64::from(row) + 0.5);
     let area = |i: usize| {

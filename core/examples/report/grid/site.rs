@@ -1,5 +1,5 @@
-//! A square kilometre in a fence: buildings of 40 m with streets of 20 m between them, along all of
-//! which a robot drives.
+//! A square kilometre inside a fence: buildings of 40 m with streets of 20 m between them; a robot
+//! drives along every street.
 
 use anyhow::Result;
 use nalgebra::{Point2, Vector2};
@@ -17,7 +17,7 @@ const SIDE: f64 = 1000.0;
 const PITCH: f64 = 60.0;
 const STREET: f64 = 20.0;
 const RANGE: f64 = 18.0;
-/// Way between two scans, m: a tenth of what a robot would make.
+/// Distance between two scans, m: a tenth of the scans that a robot would make.
 const SPACING: f64 = 0.5;
 
 pub(super) fn measure(outcome: &mut Outcome, most_bytes: f64) -> Result<()> {

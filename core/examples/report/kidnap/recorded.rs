@@ -1,8 +1,8 @@
-//! A robot that begins anywhere in the map of a recorded building.
+//! A robot that starts anywhere in the map of a recorded building.
 //!
-//! 1. The map: the whole log by scan matching, written as map_server has it and read again. Its
+//! 1. The map: the whole log by scan matching, written as for map_server and read again. Its
 //!    trajectory is the truth here.
-//! 2. From places that lie evenly along the way, the log is replayed for some metres, with odometry
+//! 2. From places evenly spaced along the path, the log is replayed for some metres, with odometry
 //!    as recorded and nothing known of the place.
 
 use std::path::Path;
@@ -21,15 +21,15 @@ use crate::statistics::{median, quantile};
 use crate::threads::each;
 use crate::{Args, Outcome};
 
-/// Of the logs in the folder of recorded data; what is required of it holds for the first.
+/// The log that is used by default, in the folder of recorded data.
 const LOG: &str = "intel";
 const PLACES: usize = 100;
-/// Driven from each place, m.
+/// Distance driven from each place, m.
 const WAY: f64 = 10.0;
 
-/// What became of a robot that began anywhere.
+/// The outcome for a robot that started anywhere.
 struct Fate {
-    /// Way until it was found, m.
+    /// Distance driven until it was found, m.
     found: Option<f64>,
     /// Whether it was found at the end.
     is_found: bool,
@@ -84,7 +84,7 @@ fn measure_log(folder: &Path, name: &str, outcome: &mut Outcome) -> Result<()> {
     Ok(())
 }
 
-/// The map of a log, as a file of it would be read, and the pose at each of its scans.
+/// The map of a log, as if read from a file, and the pose at each of its scans.
 fn mapped(log: &CarmenLog) -> Result<(PriorMap, Vec<(f64, Pose2)>)> {
     let settings = Log::from(log.clone()).settings();
     let mut replay = Replay::new(log.clone(), Method::ScanMatching, &settings)?;
@@ -100,7 +100,7 @@ fn mapped(log: &CarmenLog) -> Result<(PriorMap, Vec<(f64, Pose2)>)> {
     Ok((map, replay.trajectory()))
 }
 
-/// Scans that lie evenly along the way, with enough of it ahead.
+/// Scans evenly spaced along the path, with enough of it ahead.
 fn starts(truth: &[(f64, Pose2)]) -> Result<Vec<usize>> {
     let mut gone = vec![0.0];
     for pair in truth.windows(2) {

@@ -1,5 +1,5 @@
-//! A kidnapped robot in `office`, which knows the walls and drives on to random places. Who drives
-//! knows the truth: how soon a robot is found must not depend on where it believes to be.
+//! A kidnapped robot in `office`, which knows the walls and drives on to random places. It is
+//! steered by the truth, because how soon it is found must not depend on where it believes to be.
 
 use std::collections::VecDeque;
 
@@ -22,22 +22,22 @@ use crate::{Args, Outcome};
 
 const WORLD: &str = "office";
 const SEEDS: u64 = 50;
-/// Driven before, s.
+/// Driving time before, s.
 const BEFORE: f64 = 30.0;
-/// One that is not found by then is not found, s.
+/// A robot not found within this time counts as not found, s.
 const LONGEST: f64 = 180.0;
-/// Driven on after it was found, s: it has to stay so.
+/// Driving time after it was found, s: it has to stay found.
 const AFTER: f64 = 10.0;
 
-/// What became of a kidnapped robot.
+/// The outcome for a kidnapped robot.
 struct Fate {
-    /// Greatest error before, m.
+    /// Greatest error before the kidnapping, m.
     error_before: f64,
-    /// Until it was not sure any more, s.
+    /// Time until it was no longer sure, s.
     noticed: Option<f64>,
-    /// Until it was found, s.
+    /// Time until it was found, s.
     found: Option<f64>,
-    /// Sure and wrong after it had noticed, s.
+    /// Time sure and wrong after it had noticed, s.
     deceived: f64,
     /// Error at the end, m.
     error_after: f64,
@@ -126,7 +126,7 @@ fn run(seed: u64) -> Result<Fate> {
         fate.error_after = belief.off[0];
         let end = fate.found.map_or(LONGEST, |found| found + AFTER);
         if since >= end {
-            // Lost again is not found.
+            // If it gets lost again, it does not count as found.
             fate.found = fate.found.filter(|_| belief.is_found());
             return Ok(fate);
         }
@@ -152,7 +152,7 @@ impl Driver {
         ))
     }
 
-    /// Heads for a point of the way that lies a little ahead.
+    /// Steers for a point of the route a little ahead.
     fn steer(&mut self) {
         let pose = self.experiment.sim().truth();
         let is_passed = |p: &Point2<f64>| (p - pose.position()).length() < 0.25;

@@ -1,6 +1,6 @@
-//! Our planners against OMPL's and pyastar2d's, on the peers' queries: the time allowed in the
-//! median, no more than the peer's in the mean and for one query in twenty, every query solved, and
-//! paths no longer.
+//! Our planners against OMPL's and pyastar2d's, on the peers' queries: the allowed time in the
+//! median, no more than the peer's time in the mean and in the 95th percentile, every query solved,
+//! and paths no longer.
 
 use anyhow::Result;
 
@@ -9,7 +9,7 @@ use crate::peers::{Peers, Race};
 
 const PER_QUERY: &str = "plan_office_per_query";
 
-/// Ours, OMPL's, and how much of its time ours may take. Paths of RRT-Connect are shortened, which
+/// Ours, OMPL's, and the allowed fraction of its time. Paths of RRT-Connect are shortened, which
 /// takes part of the time.
 const RACES: [(&str, &str, f64); 2] = [
     ("RRTConnect,shortened", "RRTConnect", 0.5),

@@ -1,4 +1,4 @@
-//! What each planner does with the queries that can be solved, and an independent check of its
+//! The results of each planner on the queries that can be solved, and an independent check of its
 //! paths.
 
 use nalgebra::Point2;
@@ -53,7 +53,7 @@ pub(super) const CONTENDERS: &[(&str, Contender)] = &[
     ("informed_rrt_star_1s", Timed(Planner::InformedRrtStar)),
 ];
 
-/// What a planner did in a world.
+/// The results of a planner in a world.
 #[derive(Default)]
 pub(super) struct Found {
     pub(super) asked: usize,
@@ -124,8 +124,8 @@ fn find(scene: &Scene, query: Query, contender: Contender, rng: &mut ChaCha8Rng)
     })
 }
 
-/// Whether a path misses its ends, or a point of it comes nearer to a wall than it may. Walls
-/// farther from a leg than it is long need no look.
+/// Whether a path misses its ends, or a point of it comes too close to a wall. Walls farther from a
+/// leg than it is long need not be checked.
 fn collides(path: &Path, query: &Query, scene: &Scene) -> bool {
     let keep = scene.space.keep() - 1e-9;
     let ends = path.points.first().zip(path.points.last());
@@ -145,7 +145,7 @@ fn collides(path: &Path, query: &Query, scene: &Scene) -> bool {
     })
 }
 
-/// Distance of a point from a wall, written out once more.
+/// Distance of a point from a wall, written out independently.
 fn distance(wall: &Segment, at: Point2<f64>) -> f64 {
     let (along, from) = (wall.b - wall.a, at - wall.a);
     let squared = along.x * along.x + along.y * along.y;

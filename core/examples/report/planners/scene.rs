@@ -1,4 +1,4 @@
-//! Worlds, and random queries in them with their shortest ways.
+//! Worlds, and random queries in them with their shortest paths.
 
 use anyhow::Result;
 use nalgebra::Point2;
@@ -13,9 +13,9 @@ use crate::clock::cpu_seconds;
 use crate::ride::world_named;
 
 const MARGIN: f64 = 0.02;
-/// Processor time for the optima of a world, s.
+/// Processor time for all optimal paths of a world, s.
 const ASKING: f64 = 300.0;
-/// Processor time for one optimum, s.
+/// Processor time for one optimal path, s.
 const OPTIMUM: f64 = 10.0;
 
 pub(super) struct Scene {
@@ -43,12 +43,12 @@ impl Scene {
     }
 }
 
-/// Queries that can be solved, and the shortest ways.
+/// Queries that can be solved, and their shortest paths.
 #[derive(Default)]
 pub(super) struct Asked {
     pub(super) queries: Vec<Query>,
     pub(super) optima: Vec<f64>,
-    /// Of the visibility graph, ms.
+    /// Times of the visibility graph, ms.
     pub(super) times: Vec<f64>,
     pub(super) undecided: usize,
     pub(super) disagreements: usize,
@@ -74,8 +74,8 @@ impl Asked {
                 asked.undecided += 1;
                 continue;
             };
-            // The flood proves less: it may leave open what the graph shuts, never the other way
-            // round.
+            // The flood fill proves less: it may leave open what the graph closes, never the other
+            // way round.
             let is_shut = number % SLOW == 0 && scene.space.are_apart(query.start, query.goal);
             if let Some(path) = path {
                 asked.disagreements += usize::from(is_shut);
@@ -87,7 +87,7 @@ impl Asked {
     }
 }
 
-/// The shortest path, if there is one; `None` where the graph took too long to tell.
+/// The shortest path, if there is one; `None` if the graph took too long to tell.
 #[allow(clippy::option_option, reason = "not known is another thing than none")]
 fn optimum(scene: &Scene, query: Query, rng: &mut ChaCha8Rng) -> Option<Option<Path>> {
     let space = &scene.space;

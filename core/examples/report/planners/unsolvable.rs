@@ -1,4 +1,4 @@
-//! Queries that cannot be solved, and who says so.
+//! Queries that cannot be solved, and which planners say so.
 
 use nalgebra::Vector2;
 use rand::SeedableRng;
@@ -13,10 +13,10 @@ use crate::clock::cpu_seconds;
 use crate::scenes::{SQUARE, sides};
 use crate::statistics::{median, quantile};
 
-/// In a world of more walls the visibility graph is not asked to prove anything.
+/// In a world with more walls the visibility graph is not asked for a proof.
 const MANY_WALLS: usize = 5_000;
 
-/// Of the planners that draw points.
+/// Iterations of the planners that draw samples.
 const ITERATIONS: usize = 3000;
 
 /// Queries without a path.
@@ -38,8 +38,8 @@ impl Unsolvable {
     }
 }
 
-/// Walls the goal in with a square, and asks every planner in turn; the iterations are those of a
-/// robot that has to answer.
+/// Walls the goal in with a square, and asks every planner in turn, with the iterations that a
+/// robot allows before it needs an answer.
 pub(super) fn unsolvable(scene: &Scene, asked: &Asked, count: usize) -> Unsolvable {
     const PLANNERS: [Planner; 4] = [
         Planner::RrtConnect,
@@ -62,7 +62,7 @@ pub(super) fn unsolvable(scene: &Scene, asked: &Asked, count: usize) -> Unsolvab
         if !space.is_free(query.start) {
             continue;
         }
-        // To look at every leg among tens of thousands of walls takes the graph hours.
+        // Among tens of thousands of walls the graph would take hours to check every leg.
         let n_planners = PLANNERS.len() - usize::from(scene.space.segments().len() > MANY_WALLS);
         let planner = PLANNERS[number % n_planners];
         let most = match planner {

@@ -13,7 +13,7 @@ pub(crate) struct Pair {
     pub(crate) truth: Pose2,
 }
 
-/// A pair that tells the motion, from "has not moved".
+/// A pair that determines the motion, with "has not moved" as its start.
 pub(crate) fn pair(buildings: &Buildings, seed: u64, condition: &Condition) -> Result<Pair> {
     let pair = buildings.pair(seed, condition, |share| share >= LEAST_SHARE);
     let pair = pair.with_context(|| format!("seed {seed}: no such pair"))?;

@@ -1,4 +1,4 @@
-//! Pairs of scans from recorded buildings, with the map of the log for truth.
+//! Pairs of scans from recorded buildings, with the map of the log as truth.
 
 use std::collections::BTreeMap;
 
@@ -21,10 +21,10 @@ const LOGS: [(&str, &str); 3] = [
     ("fr079", "fr079/fr079.clf"),
     ("csail", "csail/csail.clf"),
 ];
-/// Scans between the two of a pair, at most.
+/// Maximum number of scans between the two of a pair.
 const APART: usize = 10;
 
-/// `count` pairs of each building; none where no data was named and none is there.
+/// `count` pairs of each building; none if no data folder was named and the default one is absent.
 pub(super) fn pairs(args: &Args, count: usize) -> Result<Vec<(String, Vec<Pair>)>> {
     if args.data.is_none() {
         return Ok(vec![]);
@@ -58,7 +58,7 @@ pub(super) fn pairs(args: &Args, count: usize) -> Result<Vec<(String, Vec<Pair>)
     Ok(sets)
 }
 
-/// What was hit, in the frame of the sensor, with the pose of the sensor in the map at the end.
+/// The points that were hit, in the sensor frame, with the sensor's pose in the final map.
 fn placed(path: &std::path::Path) -> Result<Vec<(Pose2, Vec<Point2<f64>>)>> {
     let log = log_file::read(path, &log_file::Topics::default())?;
     let settings = log.settings();

@@ -1,12 +1,12 @@
-//! In: the number of a trial. Out: a world, a robot that stands in it, and how somebody with little
-//! sense drives it.
+//! In: the number of a trial. Out: a world, a robot that stands in it, and how a reckless person
+//! drives it.
 //!
 //! 1. Of five scenes two are rooms of 4 to 7 m with turned boxes and thin pillars, one has a
 //!    partition with a door about as wide as the robot, one is a hall in which three to seven
 //!    people walk at 0.3 to 1.2 m/s, and one is a built-in world.
-//! 2. The robot stands somewhere free and looks at what is near, at a door post, or anywhere.
-//! 3. The stick is pushed all the way, mostly ahead, now and then back, and turned to and fro every
-//!    0.3 to 1.5 s.
+//! 2. The robot stands in free space and faces a nearby object, a door post, or any direction.
+//! 3. The stick is pushed all the way, mostly forward, now and then back, and turned to and fro
+//!    every 0.3 to 1.5 s.
 
 use std::f64::consts::{PI, TAU};
 
@@ -19,7 +19,7 @@ use slamlab_core::sim::{Caster, Mover, RobotKind, World, worlds};
 
 use crate::statistics::place_between;
 
-/// Built-in worlds that are driven in: small ones, ones with people, and walls of glass.
+/// Built-in worlds used: small ones, ones with people, and walls of glass.
 const BUILTIN: [&str; 5] = ["arena", "doors", "office", "maze", "crowd"];
 /// Kinds of scenes, by what the robot is driven against.
 pub(crate) const KINDS: [&str; 4] = ["walls", "door_posts", "people", "built_in"];
@@ -50,7 +50,7 @@ impl Scene {
     }
 }
 
-/// The stick over time: full speed, as parts of the robot's own.
+/// The stick over time: full speed, as fractions of the robot's maximum.
 pub(crate) struct Stick {
     rng: ChaCha8Rng,
     until: f64,
@@ -66,7 +66,7 @@ impl Stick {
         }
     }
 
-    /// Forward and turn at a time, s.
+    /// Forward and turning speed at a time, s.
     pub(crate) fn at(&mut self, seconds: f64, robot: &RobotModel) -> (f64, f64) {
         if seconds >= self.until {
             self.until = seconds + self.rng.random_range(0.3..1.5);
@@ -139,8 +139,8 @@ fn built_in(rng: &mut ChaCha8Rng) -> World {
     worlds::builtin(name).unwrap_or_else(|| World::new(name, Pose2::identity()))
 }
 
-/// Puts the robot somewhere free of walls and people; it looks roughly at `aim`, or at the nearest
-/// wall, or anywhere.
+/// Puts the robot somewhere free of walls and people, facing roughly `aim`, or the nearest wall, or
+/// any direction.
 fn place(world: &mut World, robot: &RobotModel, aim: Option<Point2<f64>>, rng: &mut ChaCha8Rng) {
     let caster = Caster::new(world.walls());
     let (low, high) = world.bounds();

@@ -1,10 +1,11 @@
 //! In: a scene, and who limits the stick. Out: what was touched, and whether the robot could turn
-//! away, leave, and stopped when it saw nothing any more.
+//! away and leave, and stopped when it received no scans.
 //!
 //! 1. Six seconds of the stick. In every fourth trial the lidar falls silent for 1.5 s at some
-//!    time: the robot has to stand half a second, and the time to brake, later.
-//! 2. The stick is turned on the spot, towards where the robot could leave: it has to get there.
-//! 3. The stick is pushed ahead for four seconds: the robot has to move on, if that way is free.
+//!    time: the robot has to stand after half a second plus its braking time.
+//! 2. The stick commands a turn on the spot, towards where the robot could leave: it has to get
+//!    there.
+//! 3. The stick is pushed forward for four seconds: the robot has to move on, if that way is free.
 
 use anyhow::Result;
 use nalgebra::Point2;
@@ -21,17 +22,17 @@ use super::scene::{Scene, Stick};
 const DRIVE: f64 = 6.0;
 const SILENCE: f64 = 1.5;
 const READINGS: u32 = 5;
-/// Directions that are looked at for a way out.
+/// Directions that are tested for a way out.
 const WAYS: u32 = 24;
-/// A way out is free for so long a way, m; of it the robot has to drive [`LEFT`].
+/// A way out is free over this distance, m; the robot has to drive [`LEFT`] of it.
 const WAY_OUT: f64 = 0.6;
 const LEFT: f64 = 0.05;
-/// Room beside a way out, m, and the steps in which it is looked at.
+/// Clearance beside a way out, m, and the step in which it is tested.
 const ROOM: f64 = 0.1;
 const STEPS: u32 = 20;
 const TURN_TIME: f64 = 8.0;
 const LEAVE_TIME: f64 = 4.0;
-/// What the motors take beyond the model's braking time to stand, s.
+/// Time that the motors need to stand, beyond the model's braking time, s.
 const SETTLING: f64 = 0.3;
 
 /// Who limits the stick.
@@ -42,7 +43,7 @@ pub(crate) enum Guard {
     Bridge(Box<SafeMode>),
 }
 
-/// What a trial showed.
+/// The result of a trial.
 #[derive(Default)]
 pub(crate) struct Shown {
     pub(crate) contacts: Contacts,
@@ -51,7 +52,7 @@ pub(crate) struct Shown {
     pub(crate) ran_blind: bool,
     pub(crate) was_silent: bool,
     pub(crate) had_way_out: bool,
-    /// Way driven under the stick, m.
+    /// Distance driven under the stick, m.
     pub(crate) driven: f64,
 }
 
@@ -111,7 +112,7 @@ impl Trial {
 
     fn turn_away(&mut self) -> Result<()> {
         let robot = *self.sim.robot();
-        // A scan after silence, and time to stand.
+        // A scan after the silence, and time to come to a stop.
         for _ in 0..(2.0 / CONTROL_PERIOD) as u32 {
             self.tick((0.0, 0.0))?;
         }
@@ -125,7 +126,7 @@ impl Trial {
             self.tick((0.0, rate))?;
         }
         self.shown.could_not_turn = off.abs() > 0.1;
-        // Who walks about may have stepped into the way out meanwhile.
+        // A walking person may have stepped into the way out meanwhile.
         self.shown.had_way_out = out.is_some() && self.is_free(self.sim.truth().heading());
         let before = self.sim.truth().position();
         for _ in 0..(LEAVE_TIME / CONTROL_PERIOD) as u32 {
@@ -148,8 +149,8 @@ impl Trial {
         turns.into_iter().find(|way| self.is_free(*way))
     }
 
-    /// Whether the robot could go this way with room to spare; what it stands near to now may only
-    /// fall behind.
+    /// Whether the robot could go in this direction with room to spare; it may only move away from
+    /// what it already stands close to.
     fn is_free(&self, way: f64) -> bool {
         let direction = unit_vector(way);
         let wanted = self.sim.robot().radius() + ROOM;
@@ -217,7 +218,7 @@ impl Guard {
         }
     }
 
-    /// Takes what the robot reports; gives its next command, where that has changed.
+    /// Takes what the robot reports; returns its next command, if that has changed.
     fn take(&mut self, odometry: &Odometry, scan: Option<&Scan>) -> Result<Option<Command>> {
         match self {
             Self::Bridge(safe) => {

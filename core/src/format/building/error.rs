@@ -1,4 +1,4 @@
-//! Why a file is no building.
+//! Why a file does not make a building.
 
 use roxmltree::Node;
 
@@ -9,18 +9,18 @@ use crate::sim::WorldError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildingError {
-    /// A map too large to be driven in.
+    /// The map is too large to drive in.
     #[error("the map has {cells} cells, expected at most {most} for a building")]
     TooLarge {
-        /// Its cells.
+        /// Its number of cells.
         cells: usize,
-        /// The most there may be.
+        /// The most that are accepted.
         most: usize,
     },
-    /// Nothing stands there.
+    /// There is no wall.
     #[error("there is no wall in it; expected at least one")]
     NoWalls,
-    /// Nowhere enough room.
+    /// No place has enough room for the robot.
     #[error(
         "nowhere is room for the robot: the widest place is {widest:.2} m from the nearest wall, it needs {needed:.2} m"
     )]
@@ -33,7 +33,7 @@ pub enum BuildingError {
     /// The drawing.
     #[error(transparent)]
     Svg(#[from] SvgError),
-    /// A world that cannot be.
+    /// The world is invalid.
     #[error(transparent)]
     World(#[from] WorldError),
 }
@@ -42,15 +42,15 @@ pub enum BuildingError {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SvgError {
-    /// A file too long.
+    /// The file is too long.
     #[error("the drawing has {bytes} bytes, expected at most {most}")]
     TooLong {
         /// Its length.
         bytes: usize,
-        /// The longest that is read.
+        /// The longest that is accepted.
         most: usize,
     },
-    /// No XML, or no SVG.
+    /// Not valid XML, or not SVG.
     #[error("line {line}: {what}")]
     Syntax {
         /// Line, from 1.
@@ -61,7 +61,7 @@ pub enum SvgError {
     /// An attribute that cannot be read.
     #[error(transparent)]
     Attribute(#[from] FieldError),
-    /// A scale that makes no building.
+    /// A scale that gives no plausible building.
     #[error(
         "the drawing is {width:.2} m x {height:.2} m at {metres_per_unit} m a unit, expected 1 to 2000 m a side; say the scale as the \
          attribute data-metres-per-unit of <svg>"
@@ -74,30 +74,30 @@ pub enum SvgError {
         /// The scale that was used.
         metres_per_unit: f64,
     },
-    /// A scale that is none.
+    /// A scale that is not a positive finite number.
     #[error("a scale of {0} m a unit, expected a finite number above 0")]
     NoScale(f64),
-    /// Copies of copies without end.
+    /// Copies within copies that multiply beyond bounds.
     #[error("more than {most} elements, copies counted")]
     TooManyCopies {
-        /// The most there may be.
+        /// The most elements that are read.
         most: usize,
     },
     /// More straight pieces than a world may have.
     #[error("more than {most} straight walls")]
     TooMany {
-        /// The most there may be.
+        /// The most that are accepted.
         most: usize,
     },
 }
 
-/// An attribute that cannot be.
+/// The error for an invalid attribute.
 pub(super) fn wrong(node: &Node, attribute: &str, found: &str, expected: &str) -> SvgError {
     let field = format!("{attribute} of <{}>", node.tag_name().name());
     FieldError::new(line_of(node), field, found, expected).into()
 }
 
-/// Where an element stands in its file.
+/// The line on which an element begins.
 pub(super) fn line_of(node: &Node) -> usize {
     node.document().text_pos_at(node.range().start).row as usize
 }

@@ -1,9 +1,9 @@
-//! Files that show a building, recognised by how they begin, and where that does not tell, by their
+//! Files that show a building, recognised by how they begin or, where that is not enough, by their
 //! names.
 //!
 //! In: names and bytes of a map of ROS (YAML and image), an `OGmap.txt`, a submap (`.smap`), a
 //! floor plan (SVG) or a world (JSON). Out: a [`BuildingFile`], which becomes a world to drive in,
-//! or walls to find a robot by, or both.
+//! walls to localise a robot by, or both.
 
 use super::submap::map_of;
 use super::{BuildingError, FENCE_SIDES, Imported, of_map, of_svg, start_in_map, surfaces_of_map};
@@ -14,10 +14,10 @@ use crate::format::{FieldError, og_map};
 use crate::geom::{Pose2, Segment};
 use crate::sim::World;
 
-/// How far walls of a drawing may be off, m: they are drawn to about a centimetre.
+/// σ of the walls of a drawing, m: they are drawn to about a centimetre.
 const DRAWN_SIGMA: f64 = 0.01;
-/// How far walls of a grid may be off, in cells: those of even spread over a cell, 1/√12, and a
-/// little.
+/// σ of the walls of a grid, in cells: that of a uniform distribution over a cell, 1/√12, and a
+/// little more.
 const GRID_SIGMA: f64 = 1.0 / 3.0;
 
 /// A building that was read.
@@ -31,29 +31,29 @@ pub enum BuildingFile {
     World(World),
 }
 
-/// What of a file a robot can be found by, in the frame of the file.
+/// What a robot can be localised by, in the frame of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PriorWalls {
-    /// Faces of the walls: what is free lies to the left of the way from `a` to `b`.
+    /// Faces of the walls: free space lies to the left of the direction from `a` to `b`.
     pub faces: Vec<Segment>,
-    /// How far they may be off, m: standard deviation.
+    /// Standard deviation of their positions, m.
     pub sigma: f64,
-    /// Where a robot begins in it if nobody says otherwise: `file_from_robot`.
+    /// Where a robot begins if no other pose is given: `file_from_robot`.
     pub start: Pose2,
     /// What was skipped, in words.
     pub skipped: Vec<String>,
 }
 
-/// Why files show no building.
+/// Why files do not show a building.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildingFileError {
-    /// Names that tell no format.
+    /// The name tells no format.
     #[error(
         "`{0}` is no building; expected .yaml with .pgm or .png, OGmap.txt, .smap, .svg or a world as .json"
     )]
     Unknown(String),
-    /// The YAML of a map without its image, or the other way round.
+    /// The YAML of a map without its image, or the image without the YAML.
     #[error("`{0}` is one half of a map; expected its YAML and its image (.pgm or .png) together")]
     Half(String),
     /// The map of ROS.
@@ -65,7 +65,7 @@ pub enum BuildingFileError {
     /// The submap.
     #[error(transparent)]
     Submap(#[from] SmapError),
-    /// What the file holds is no building.
+    /// What the file holds does not make a building.
     #[error(transparent)]
     Building(#[from] BuildingError),
     /// The world file.
@@ -74,10 +74,10 @@ pub enum BuildingFileError {
 }
 
 impl BuildingFile {
-    /// Reads one file, or the YAML and the image of a map in any order. `svg_unit`: metres in a
-    /// unit of a floor plan that does not say it itself.
+    /// Reads one file, or the YAML and the image of a map in any order. `svg_unit`: metres per unit
+    /// of a floor plan that does not say it itself.
     ///
-    /// # Errors    [`BuildingFileError`], with what stands where and what was expected.
+    /// # Errors    [`BuildingFileError`], with the place, what was found and what was expected.
     pub fn read(files: &[(&str, &[u8])], svg_unit: Option<f64>) -> Result<Self, BuildingFileError> {
         let of_kind = |kinds: &[&str]| {
             let is_one = |name: &str, bytes: &[u8]| kinds.contains(&kind(name, bytes).as_str());
@@ -102,7 +102,7 @@ impl BuildingFile {
         }
     }
 
-    /// The building to drive in; a world file's own name stays.
+    /// The building to drive in. A world file keeps its own name.
     ///
     /// # Errors    [`BuildingError`].
     pub fn into_world(self, name: &str) -> Result<Imported, BuildingError> {
@@ -116,7 +116,7 @@ impl BuildingFile {
         })
     }
 
-    /// The walls to find a robot by.
+    /// The walls to localise a robot by.
     ///
     /// # Errors    [`BuildingError`]: too many cells, no wall.
     pub fn prior_walls(&self) -> Result<PriorWalls, BuildingError> {
@@ -136,7 +136,7 @@ impl BuildingFile {
     }
 }
 
-/// Both faces of all walls but the last.
+/// Both faces of all walls except the `last` ones.
 fn of_thin_walls(world: &World, last: usize) -> Result<PriorWalls, BuildingError> {
     let mut walls = world.walls();
     walls.truncate(walls.len().saturating_sub(last));
@@ -152,7 +152,7 @@ fn of_thin_walls(world: &World, last: usize) -> Result<PriorWalls, BuildingError
     })
 }
 
-/// The usual ending of such a file, whatever it is called.
+/// The usual extension of a file of this kind, whatever it is called.
 fn kind(name: &str, bytes: &[u8]) -> String {
     let text = bytes.trim_ascii_start();
     let begins = |signs: &[&[u8]]| signs.iter().any(|sign| text.starts_with(sign));
@@ -170,7 +170,7 @@ fn kind(name: &str, bytes: &[u8]) -> String {
     found.to_owned()
 }
 
-/// The key that the YAML of a map has, and bytes within which it stands.
+/// The key that the YAML of a map has, and the number of bytes in which it is looked for.
 const IMAGE_KEY: &[u8] = b"image:";
 const YAML_HEAD: usize = 1 << 12;
 

@@ -72,8 +72,9 @@ fn every_format_shows_the_same_walls_to_drive_in_and_to_be_found_by() {
         let known = building.prior_walls().unwrap();
         let length: f64 = known.faces.iter().map(Segment::length).sum();
         let whole: f64 = doors.walls().iter().map(|w| w.segment.length()).sum();
-        // A submap knows what the robot could reach: the walls of `doors`, partitions of two sides
-        // and boxes, are all seen from one side, if at all. In the others all but walls is free.
+        // A submap knows what the robot could reach: the walls of `doors`, two-sided partitions and
+        // boxes, are all seen from one side, if at all. In the other formats everything but walls
+        // is free.
         let sides = match name {
             "doors.smap" => 0.8..1.0,
             _ => 1.2..2.2,
@@ -121,8 +122,8 @@ fn what_shows_no_building_is_named() {
     assert_eq!(error, BuildingError::NoWalls);
 }
 
-/// What the robot reached is free, what lies behind walls is not known, and a submap far larger
-/// than a building is refused before memory is taken.
+/// What the robot reached is free, what lies behind walls is unknown, and a submap far larger than
+/// a building is refused before memory is allocated.
 #[test]
 fn a_submap_is_free_where_the_robot_could_go() {
     let side = |k: i32| 0.05 * (f64::from(k) + 0.5);

@@ -5,7 +5,7 @@ use nalgebra::Point2;
 use super::BuildingError;
 use crate::map::{CellIndex, CellRect, DistanceField};
 
-/// How far each place of a raster is from what stands there.
+/// For each cell of a raster, how far it is from the nearest obstacle.
 pub(super) struct Room {
     width: usize,
     resolution: f64,
@@ -14,8 +14,8 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// Of a raster whose lower left corner is the origin; `stands` are the cells where no robot can
-    /// be.
+    /// For a raster whose lower left corner is the origin; `stands` marks the cells where no robot
+    /// can be.
     pub(super) fn new(width: usize, resolution: f64, stands: Vec<bool>) -> Self {
         let height = stands.len() / width.max(1);
         let rect = CellRect::of_size(width, height);
@@ -27,7 +27,7 @@ impl Room {
         }
     }
 
-    /// Makes all that is open to the border a place where nobody starts, if there is room within.
+    /// Excludes as a start everything that is connected to the border, if there is room inside.
     pub(super) fn without_outside(mut self, needed: f64) -> Self {
         let (width, height) = (self.width, self.stands.len() / self.width.max(1));
         let mut outside = self.stands.clone();
@@ -55,7 +55,7 @@ impl Room {
         self
     }
 
-    /// Distance from the nearest cell where no robot can be, m; 0 outside of the raster and in such
+    /// Distance from the nearest cell where no robot can be, m; 0 outside the raster and in such
     /// cells.
     pub(super) fn clearance(&self, at: Point2<f64>) -> f64 {
         let cell = at / self.resolution;
@@ -70,7 +70,7 @@ impl Room {
         }
     }
 
-    /// The middle of the first of the cells with most room.
+    /// The centre of the first of the cells with most room.
     ///
     /// # Errors    [`BuildingError::NoRoom`].
     pub(super) fn roomiest(&self, needed: f64) -> Result<Point2<f64>, BuildingError> {
@@ -86,11 +86,11 @@ impl Room {
         Ok(Point2::new(col + 0.5, row + 0.5) * self.resolution)
     }
 
-    /// From the border of the nearest cell that stands, at the nearest.
+    /// A lower bound of the distance from the border of the nearest occupied cell.
     fn at(&self, index: usize) -> f64 {
         let height = self.stands.len() / self.width;
         let (col, row) = (index % self.width, index / self.width);
-        // Where nothing stands, the border of the raster is what ends it.
+        // Where there are no obstacles, the border of the raster is the limit.
         let border = col.min(row).min(self.width - 1 - col).min(height - 1 - row) as f64;
         let far = (border + 1.0) * self.resolution;
         (self.field.at(CellIndex::new(col as i32, row as i32)) - 0.75 * self.resolution).min(far)

@@ -1,8 +1,8 @@
-//! A submap of points as a map of cells, to be driven in or found in.
+//! A submap of points as a grid, to drive in or to be localised in.
 //!
 //! 1. A cell in which a point lies is occupied.
-//! 2. What the robot could reach from its path without passing one is free: a submap does not say
-//!    what was seen to be free. Without a path that is every other cell.
+//! 2. What the robot could reach from its path without crossing an occupied cell is free: a submap
+//!    does not record what was seen to be free. Without a path, every other cell is free.
 
 use nalgebra::Point2;
 
@@ -11,10 +11,10 @@ use crate::format::map_server::{NOTHING_KNOWN, OccupancyMap};
 use crate::format::smap::Smap;
 use crate::geom::Pose2;
 
-/// Side of a cell, m: that of the grids that are drawn here, so that a map which was saved comes
-/// back as it was.
+/// Side of a cell, m: the same as in the program's own grids, so a map that was saved comes back as
+/// it was.
 const RESOLUTION: f64 = 0.05;
-/// Cells around all points and the path.
+/// Margin around all points and the path, in cells.
 const MARGIN: f64 = 1.0;
 const OCCUPIED: i8 = 100;
 const FREE: i8 = 0;
@@ -66,7 +66,7 @@ fn flood(map: &mut OccupancyMap, mut reached: Vec<usize>) {
             continue;
         };
         *cell = FREE;
-        // Behind the end of a row follows the margin of the next: that is outside as well.
+        // After the end of a row comes the margin of the next, which is outside as well.
         reached.extend([
             at.wrapping_sub(1),
             at + 1,

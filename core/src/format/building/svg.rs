@@ -1,17 +1,16 @@
 //! Floor plans drawn as SVG.
 //!
 //! 1. `line`, `polyline`, `polygon`, `rect`, `circle`, `ellipse` and `path` are walls where they
-//!    have a visible stroke or filling; those drawn in white are paper. Walls are the lines
-//!    themselves, without the width of the pen; curves become straight pieces to within 5 mm.
-//!    Groups, `transform`, copies by `use`, classes and what hides them count; text and definitions
-//!    do not; `image` is skipped and named, and so are copies of what is not there and rules of
-//!    style sheets that are not read ([`super::svg_style`]).
-//! 2. A unit of the drawing is as many metres as the caller says; or as `data-metres-per-unit` of
-//!    `<svg>` says; or what `width` and `viewBox` make of it where `width` is in mm, cm, in, pt or
-//!    pc; else a centimetre.
+//!    have a visible stroke or filling; white ones count as paper. Walls are the lines themselves,
+//!    without the width of the pen; curves become straight pieces to within 5 mm. Groups,
+//!    `transform`, copies by `use`, classes and whatever hides an element are respected; text and
+//!    definitions are not walls. `image`, copies of missing parts, and style sheet rules that are
+//!    not read ([`super::svg_style`]) are skipped and reported.
+//! 2. The scale is, in this order: the caller's; `data-metres-per-unit` of `<svg>`; what `width`
+//!    and `viewBox` give, if `width` is in mm, cm, in, pt or pc; else a centimetre per unit.
 //! 3. y points down in a drawing and up in a world.
-//! 4. The robot starts in the middle of the element with the id `start`, if there is one, and its
-//!    goal is that with the id `goal`.
+//! 4. The robot starts in the middle of the element with the id `start`, if there is one; its goal
+//!    is the middle of the element with the id `goal`.
 //!
 //! Source: W3C, Scalable Vector Graphics 1.1, chapters 5, 6, 7, 8 and 9.
 
@@ -36,22 +35,22 @@ const LONGEST: usize = 1 << 25;
 const MOST_NODES: u32 = 1_000_000;
 /// More straight walls than this are refused.
 const MOST_WALLS: usize = 200_000;
-/// A unit of a drawing that says nothing of its scale, m.
+/// Scale of a drawing that does not state one, m per unit.
 const DEFAULT_UNIT: f64 = 0.01;
-/// How far curves may be off, m.
+/// How far straight pieces may deviate from a curve, m.
 const FLATNESS: f64 = 0.005;
-/// No point lies farther from the origin of the drawing, m.
+/// Points farther from the origin of the drawing are refused, m.
 const FARTHEST: f64 = 1e5;
-/// From the walls to the fence, m.
+/// Distance from the walls to the fence, m.
 const MARGIN: f64 = 1.0;
-/// Cells along the longer side of the raster in which room is looked for.
+/// Cells along the longer side of the raster that is searched for room.
 const RASTER: f64 = 800.0;
 
 /// The building that a drawing shows.
 ///
-/// # Units    `metres_per_unit`: scale; `None` takes what the drawing says of itself.
+/// # Units    `metres_per_unit`: scale; `None` takes the scale that the drawing states.
 ///
-/// # Errors    [`BuildingError`]; of the drawing with the line of what is wrong.
+/// # Errors    [`BuildingError`]; errors of the drawing name the line.
 pub fn of_svg(
     bytes: &[u8],
     metres_per_unit: Option<f64>,
@@ -115,7 +114,7 @@ fn scale_of(root: &Node, given: Option<f64>) -> Result<f64, SvgError> {
     Ok(if fits(scale) { scale } else { DEFAULT_UNIT })
 }
 
-/// Corners in order, and whether the last joins the first.
+/// Corners in order, and whether the last is joined to the first.
 type Line = (Vec<Point2<f64>>, bool);
 
 /// What was read so far, in the world's frame, m.
@@ -130,7 +129,8 @@ struct Plan {
 }
 
 impl Plan {
-    /// Reads an element and all in it; a stack of its own, for drawings may be nested deeply.
+    /// Reads an element and all its descendants, with an explicit stack because drawings may be
+    /// nested deeply.
     fn read<'a>(
         &mut self,
         root: Node<'a, 'a>,
@@ -141,7 +141,7 @@ impl Plan {
         let mut todo = vec![(root, world_from_page, Pen::default(), None)];
         let mut read = 0;
         while let Some((node, outer, pen, copy)) = todo.pop() {
-            // Text, comments and what is not drawn take time too, once for each copy.
+            // Text, comments and hidden elements take time too, once for each copy.
             read += 1;
             if read > MOST_NODES {
                 let most = MOST_NODES as usize;
@@ -156,10 +156,10 @@ impl Plan {
             }
             let inner = outer * transform_of(&node)?;
             match node.tag_name().name() {
-                // A symbol is drawn where it is copied alone.
+                // A symbol is drawn only where it is copied.
                 "symbol" if copy.is_none() => {}
                 "svg" | "g" | "a" | "switch" | "symbol" => {
-                    // Popped in the order of the file.
+                    // Reversed, so they are popped in the order of the file.
                     let children = node.children().rev();
                     todo.extend(children.map(|child| (child, inner, pen, copy)));
                 }
@@ -206,19 +206,19 @@ impl Plan {
             PathEl::ClosePath => {
                 if let Some((points, closed)) = lines.last_mut() {
                     *closed = true;
-                    // The next piece goes on from where this one began.
+                    // The next piece begins where this one began.
                     if let Some(&first) = points.first() {
                         lines.push((vec![first], false));
                     }
                 }
             }
-            // Flattening leaves none.
+            // Flattening leaves no curves.
             PathEl::QuadTo(..) | PathEl::CurveTo(..) => {}
         });
         if let Some((low, high)) = bounds_of(&lines) {
             let middle = nalgebra::center(&low, &high);
             match node.attribute("id") {
-                // Copies of them are none.
+                // Copies of start and goal do not count.
                 Some("start" | "goal") if is_copy => {}
                 Some("start") => self.start = Some(middle),
                 Some("goal") => self.goal = Some(middle),
@@ -229,8 +229,7 @@ impl Plan {
         Ok(())
     }
 
-    /// A curve gives the more straight pieces the larger it is: sizes are checked before there are
-    /// any.
+    /// Larger curves give more straight pieces, so sizes are checked before any are made.
     fn check_extent(&self, path: impl Iterator<Item = PathEl>) -> Result<(), SvgError> {
         let controls = path.flat_map(|piece| match piece {
             PathEl::MoveTo(p) | PathEl::LineTo(p) => vec![p],
@@ -238,7 +237,7 @@ impl Plan {
             PathEl::CurveTo(p, q, r) => vec![p, q, r],
             PathEl::ClosePath => vec![],
         });
-        // A number that is none is no place either.
+        // A NaN coordinate is refused as well.
         let farthest = |far: f64, at: f64| match at.is_nan() {
             true => f64::INFINITY,
             false => far.max(at.abs()),
@@ -280,7 +279,7 @@ impl Plan {
     fn into_world(self, name: &str) -> Result<Imported, BuildingError> {
         let (low, high) = bounds_of(&self.walls).ok_or(BuildingError::NoWalls)?;
         let size = high - low;
-        // Also where a number is none.
+        // Also true where a size is NaN.
         if !(size.max() >= 1.0 && size.max() <= 2000.0) {
             return Err(self.wrong_scale(size.x, size.y).into());
         }
@@ -314,7 +313,7 @@ impl Plan {
     }
 }
 
-/// The place within the building, if it has a within, that is farthest from all walls.
+/// The place farthest from all walls: inside the building, if it encloses any space.
 fn roomiest(
     walls: &[Line],
     low: Point2<f64>,

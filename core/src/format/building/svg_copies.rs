@@ -1,10 +1,10 @@
 //! Copies of other parts of a drawing: `use`.
 //!
-//! In: an element `use`, and of what its own place is a copy. Out: what it copies and where that
-//! lies, or why it cannot be copied.
+//! In: an element `use`, and the copy that it stands in. Out: what it copies and where that lies,
+//! or why it cannot be copied.
 //!
 //! Source: W3C, Scalable Vector Graphics 1.1, chapter 5.6. A `symbol` with a view box of its own,
-//! and what stands in another file, are left out.
+//! and references to other files, are not supported.
 
 use std::collections::BTreeMap;
 
@@ -15,15 +15,15 @@ use super::SvgError;
 use super::error::wrong;
 use super::svg_shape::length;
 
-/// Copies within copies, at most.
+/// Maximum depth of copies within copies.
 const DEEPEST: usize = 32;
 const XLINK: &str = "http://www.w3.org/1999/xlink";
 
-/// The parts of a drawing that have a name, and the copies that are being read.
+/// The named parts of a drawing, and the copies that are being read.
 #[derive(Debug)]
 pub(super) struct Copies<'a> {
     named: BTreeMap<&'a str, Node<'a, 'a>>,
-    /// What was copied, and the number of the copy that this is in.
+    /// What was copied, and the number of the enclosing copy.
     made: Vec<(NodeId, Option<usize>)>,
 }
 
@@ -44,11 +44,11 @@ impl<'a> Copies<'a> {
         }
     }
 
-    /// What a `use` copies, which stands in the copy with the number `within`; `None` where that is
-    /// skipped.
+    /// What a `use` copies; the `use` itself stands in the copy with the number `within`. `None`
+    /// where it is skipped.
     ///
-    /// # Errors    [`SvgError::Attribute`]: a copy of what it stands in itself, copies too deep
-    /// within each other, a place that is none.
+    /// # Errors    [`SvgError::Attribute`]: a copy of a part that contains it, copies nested too
+    /// deeply, or an invalid position.
     pub(super) fn copy(
         &mut self,
         node: &Node<'a, 'a>,

@@ -9,17 +9,17 @@ use super::error::{line_of, wrong};
 use super::svg_style::Style;
 use crate::geom::sin_cos;
 
-/// Largest radius, in parts of how far a polygon may be off it: 100 km of half centimetres.
+/// Largest radius, in multiples of the allowed deviation: 100 km at half a centimetre.
 const FINEST: f64 = 2e7;
 
-/// How lines and areas are drawn; what an element does not say its group says.
+/// How lines and areas are drawn. An element inherits from its group what it does not state.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pen {
     has_stroke: bool,
     is_unfilled: bool,
-    /// Neither it nor what is in it is drawn.
+    /// Neither the element nor its children are drawn.
     pub(super) is_gone: bool,
-    /// It is not drawn; what is in it may be.
+    /// The element is not drawn, but its children may be.
     is_hidden: bool,
 }
 
@@ -41,7 +41,7 @@ impl Pen {
         self
     }
 
-    /// Whether a shape that this pen draws is seen; a line has no area to fill.
+    /// Whether a shape drawn with this pen is visible; a line has no area to fill.
     pub(super) fn is_visible(self, has_area: bool) -> bool {
         !self.is_hidden && (self.has_stroke || (has_area && !self.is_unfilled))
     }
@@ -55,7 +55,7 @@ fn is_ink(colour: &str) -> bool {
     )
 }
 
-/// Where an element lies in its group.
+/// The transform of an element within its group.
 ///
 /// # Errors    [`SvgError::Attribute`].
 pub(super) fn transform_of(node: &Node) -> Result<Affine, SvgError> {
@@ -90,7 +90,7 @@ fn affine(token: TransformListToken) -> Affine {
     }
 }
 
-/// The outline of a shape in its own units; `None` of what is none, or has no size.
+/// The outline of a shape in its own units; `None` for other elements and for shapes without size.
 ///
 /// # Errors    [`SvgError::Attribute`] and [`SvgError::Syntax`] of what cannot be read.
 pub(super) fn path_of(node: &Node, flatness: f64) -> Result<Option<BezPath>, SvgError> {
@@ -145,15 +145,15 @@ fn points(node: &Node) -> Result<Option<BezPath>, SvgError> {
     }
     let words = text.split([',', ' ', '\t', '\n', '\r']);
     let numbers = words.filter(|word| !word.is_empty());
-    // The parser ends at the first thing that is no number; written without spaces, there are fewer
-    // words than numbers.
+    // The parser stops at the first word that is not a number. Numbers written without spaces make
+    // fewer words than numbers.
     if numbers.count() > 2 * path.elements().len() {
         return Err(wrong(node, "points", text, "pairs of numbers"));
     }
     Ok(Some(path).filter(|path| path.elements().len() > 1))
 }
 
-/// A radius that becomes a bounded number of curves.
+/// A radius that gives a bounded number of curves.
 fn radius(node: &Node, name: &'static str, flatness: f64) -> Result<f64, SvgError> {
     let radius = length(node, name)?;
     if radius / flatness > FINEST {
@@ -163,7 +163,7 @@ fn radius(node: &Node, name: &'static str, flatness: f64) -> Result<f64, SvgErro
     Ok(radius)
 }
 
-/// A length in the units of the drawing, 0 where nothing is said.
+/// A length in the units of the drawing, 0 if absent.
 pub(super) fn length(node: &Node, name: &'static str) -> Result<f64, SvgError> {
     let Some(text) = node.attribute(name) else {
         return Ok(0.0);

@@ -1,15 +1,15 @@
-//! How elements of a drawing are drawn, by their attributes, their own `style` and the style sheets
-//! of the file.
+//! The style of elements of a drawing: from their attributes, their own `style` and the style
+//! sheets of the file.
 //!
 //! In: an element and the name of a property. Out: its value.
 //!
-//! 1. The attribute `style` comes before style sheets, these before an attribute of the property's
-//!    name; `!important` before all. Of two that weigh the same the later holds.
-//! 2. Of the rules of style sheets those for elements, classes, identifiers and attributes are
-//!    read. Rules for elements within or beside others are not, nor those for some media only: they
-//!    are counted.
-//! 3. Only what tells whether something is drawn is kept, and each element is held against the
-//!    rules once, however often it is copied.
+//! 1. The attribute `style` overrides style sheets, and these override an attribute of the
+//!    property's name; `!important` overrides all. Of two with equal weight the later one holds.
+//! 2. Style sheet rules for elements, classes, identifiers and attributes are read. Rules that
+//!    combine several elements (descendants, siblings), and rules for particular media, are only
+//!    counted.
+//! 3. Only properties that decide whether something is drawn are kept, and each element is matched
+//!    against the rules once, however often it is copied.
 
 use std::collections::BTreeMap;
 
@@ -19,15 +19,15 @@ use simplecss::{AttributeOperator, Declaration, PseudoClass, StyleSheet};
 use super::SvgError;
 use super::error::line_of;
 
-/// More selectors than this are refused, for each is held against each element; and more
-/// declarations, for the parser takes time with the square of their number.
+/// More selectors than this are refused, because each is matched against each element; so are more
+/// declarations, because the parser takes time quadratic in their number.
 const MOST_SELECTORS: usize = 1000;
 const MOST_DECLARATIONS: usize = 10_000;
 
-/// What tells whether an element is drawn, in the order of [`Style`]'s values.
+/// The properties that decide whether an element is drawn, in the order of [`Style`]'s values.
 const NAMES: [&str; 4] = ["stroke", "fill", "display", "visibility"];
 
-/// What an element has of itself, not of its group.
+/// An element's own values, without what it inherits from its group.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Style<'a> {
     values: [Option<&'a str>; NAMES.len()],
@@ -40,7 +40,7 @@ impl<'a> Style<'a> {
         self.values[at]
     }
 
-    /// Values of its own, and those of `lesser` where it has none.
+    /// Its own values, and those of `lesser` where it has none.
     fn or(self, lesser: Self) -> Self {
         let mut values = self.values;
         for (value, other) in values.iter_mut().zip(lesser.values) {
@@ -77,7 +77,7 @@ impl<'a> Declared<'a> {
         values.all(Option::is_none)
     }
 
-    /// Both; what `later` declares holds.
+    /// Both; declarations of `later` take precedence.
     fn then(self, later: Self) -> Self {
         Self {
             said: later.said.or(self.said),
@@ -89,18 +89,18 @@ impl<'a> Declared<'a> {
 /// The style sheets of a drawing.
 #[derive(Debug)]
 pub(super) struct Styles<'a> {
-    /// In the order of what they weigh.
+    /// In order of precedence, lowest first.
     rules: Vec<(simplecss::Selector<'a>, Declared<'a>)>,
     /// Rules that were not read.
     pub(super) skipped: usize,
-    /// By where the element begins in the text.
+    /// By the position at which the element begins in the text.
     known: BTreeMap<usize, Style<'a>>,
 }
 
 impl<'a> Styles<'a> {
-    /// All that the document holds.
+    /// All style sheets of the document.
     ///
-    /// # Errors    [`SvgError::Syntax`] for more rules than can be.
+    /// # Errors    [`SvgError::Syntax`] for more rules than are accepted.
     pub(super) fn of(document: &'a Document) -> Result<Self, SvgError> {
         let mut sheet = StyleSheet::new();
         let (mut skipped, mut selectors, mut declarations) = (0, 0, 0);
@@ -112,7 +112,7 @@ impl<'a> Styles<'a> {
                 continue;
             }
             for text in style.children().filter_map(|child| child.text()) {
-                // Said before there are any.
+                // Checked before any are parsed.
                 let lists = text.split('}').filter_map(|rule| rule.split_once('{'));
                 let counts = lists.map(|(list, _)| 1 + list.matches(',').count());
                 selectors += counts.sum::<usize>();
@@ -145,7 +145,7 @@ impl<'a> Styles<'a> {
         })
     }
 
-    /// What an element has of itself, not of its group.
+    /// An element's own values, without what it inherits from its group.
     pub(super) fn style(&mut self, node: &Node<'a, 'a>) -> Style<'a> {
         if let Some(style) = self.known.get(&node.range().start) {
             return *style;
@@ -198,7 +198,7 @@ impl simplecss::Element for InTree<'_> {
             .is_some_and(|value| operator.matches(value))
     }
 
-    /// A drawing on paper is not hovered over.
+    /// A drawing on paper has no hover or other state.
     fn pseudo_class_matches(&self, class: PseudoClass<'_>) -> bool {
         class == PseudoClass::FirstChild && self.prev_sibling_element().is_none()
     }
@@ -251,7 +251,7 @@ mod tests {
         assert_eq!(styles.skipped, 1);
     }
 
-    /// A few megabytes that would ask for minutes: they are refused, or read at once.
+    /// A few megabytes that would take minutes: they are refused, or read at once.
     #[test]
     fn what_is_copied_costs_no_more_than_what_is_drawn() {
         let comments = "<!---->".repeat(20_000);

@@ -199,7 +199,7 @@ fn bad_drawings_are_told_what_where_and_what_was_expected() {
     assert!(
         error(&drawing("<line x2='1e300' stroke='red'/>")).contains("expected 1 to 2000 m a side")
     );
-    // Curves of which no straight pieces must be made.
+    // Curves that must not be turned into straight pieces.
     for path in ["M0 0C1e60 0 0 1e60 5 5", "M0 0Q1e20 0 0 1e20"] {
         let path = format!("<path d='{path}' stroke='red'/>");
         assert!(error(&drawing(&path)).contains("expected 1 to 2000 m a side"));
@@ -222,7 +222,7 @@ fn bad_drawings_are_told_what_where_and_what_was_expected() {
             .to_string(),
         "a scale of NaN m a unit, expected a finite number above 0"
     );
-    // Entities that grow without end are refused by the parser.
+    // The parser refuses entities that expand without end.
     assert!(error("<!DOCTYPE svg [<!ENTITY a 'aaaa'>]><svg>&a;</svg>").starts_with("line 1:"));
     let deep = "<g>".repeat(3000) + &"</g>".repeat(3000);
     assert!(!error(&drawing(&deep)).is_empty());
@@ -258,8 +258,8 @@ fn in_room(inner: &str) -> Result<Imported, BuildingError> {
     of_svg(plan.as_bytes(), None, "s")
 }
 
-/// Corners of all that stands in the room, in the order of the file: the room comes first and the
-/// fence last.
+/// Corners of everything that stands in the room, in the order of the file, in which the room comes
+/// first and the fence last.
 fn corners_in_room(inner: &str) -> Vec<(f64, f64)> {
     let Imported { world, skipped } = in_room(inner).unwrap();
     assert_eq!(skipped, [""; 0]);
@@ -290,14 +290,14 @@ fn copies_stand_where_their_transforms_put_them() {
         ];
         assert_eq!(corners_in_room(&copies), expect);
     }
-    // A copy of copies; a symbol is drawn where it is copied alone; what a part does not say of its
-    // pen the copy says.
+    // A copy of copies; a symbol is drawn only where it is copied; the copy gives the stroke that a
+    // part does not state.
     let nested = "<symbol id='dot'><path id='one' d='M1 1h.1'/></symbol><g stroke='red'><use id='two' href='#dot'/></g><use href='#two' x='1' stroke='red'/>";
     assert_eq!(
         corners_in_room(nested),
         [(1.0, -1.0), (1.1, -1.0), (2.0, -1.0), (2.1, -1.0)]
     );
-    // The copy of a start is none.
+    // The copy of a start is not a start.
     let start = in_room("<use href='#start' x='-2'/>").unwrap().world.start;
     assert_eq!(start.position(), Point2::new(3.5, -2.5));
 }
@@ -343,7 +343,8 @@ fn classes_draw_and_hide_as_the_style_sheet_says() {
         let found = corners_in_room(&format!("{sheet}{}", bar(attributes)));
         assert_eq!(!found.is_empty(), is_wall, "{attributes}: {found:?}");
     }
-    // What is gone takes all in it along; in what is only hidden a part may be seen.
+    // A removed element takes its children with it; children of an element that is only hidden may
+    // be visible.
     let inner = bar("class='wall' style='visibility: visible'");
     assert_eq!(
         corners_in_room(&format!("{sheet}<g class='off'>{inner}</g>")),

@@ -7,8 +7,8 @@ use crate::format::map_server::NOTHING_KNOWN;
 use crate::geom::Length;
 use crate::sim::{Caster, worlds};
 
-/// A world as a map shows it: what is nearer to a wall than 0.7 cells is occupied, what is farther
-/// away is free.
+/// A world as a map shows it: cells nearer to a wall than 0.7 cells are occupied, those farther
+/// away are free.
 pub(super) fn drawn(world: &World, resolution: f64, origin: Pose2) -> OccupancyMap {
     let (low, high) = world.bounds();
     let caster = Caster::new(world.walls());
@@ -43,8 +43,8 @@ pub(super) fn drawn(world: &World, resolution: f64, origin: Pose2) -> OccupancyM
     }
 }
 
-/// What is seen from the start of `seen`: how far it is from the walls of `other`, m, without the
-/// worst two percent.
+/// How far what is seen from the start of `seen` is from the walls of `other`, m, without the worst
+/// two percent.
 fn off(from: Point2<f64>, seen: &World, other: &World) -> f64 {
     let (seen, other) = (Caster::new(seen.walls()), Caster::new(other.walls()));
     let mut errors: Vec<f64> = (0..720)
@@ -109,7 +109,7 @@ fn the_robot_starts_at_the_origin_or_where_there_is_most_room() {
         of_map(&map, "m").unwrap().world.start.position(),
         Point2::origin()
     );
-    // Nobody starts where nothing is known.
+    // A robot must not start in unknown space.
     for (index, cell) in map.cells.iter_mut().enumerate() {
         if index % map.width < 60 && *cell == 0 {
             *cell = NOTHING_KNOWN;

@@ -6,10 +6,10 @@ use crate::format::FieldError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CarmenError {
-    /// Not a single byte, or only empty lines.
+    /// The file has no bytes, or only empty lines.
     #[error("the file is empty; expected a CARMEN log with FLASER, RLASER or ROBOTLASER1 messages")]
     Empty,
-    /// Bytes that are no text.
+    /// Bytes that are not text.
     #[error(
         "line {line}: byte {column} is 0x{byte:02x}, which is not text; expected a CARMEN log, one message per line"
     )]
@@ -21,7 +21,7 @@ pub enum CarmenError {
         /// The byte.
         byte: u8,
     },
-    /// A line without an end.
+    /// A line that does not end.
     #[error(
         "line {line} is longer than {limit} bytes; expected a CARMEN log, one message per line"
     )]
@@ -31,7 +31,7 @@ pub enum CarmenError {
         /// The limit.
         limit: usize,
     },
-    /// A field that is not what it should be, or another number of them than the message announces.
+    /// A field that cannot be read, or a number of fields other than the message announces.
     #[error(transparent)]
     Field(#[from] FieldError),
     /// The file ends within a message.

@@ -12,7 +12,7 @@ use crate::geom::Pose2;
 pub(super) fn check_text(bytes: &[u8], line: usize) -> Result<&str, CarmenError> {
     let trimmed = bytes.trim_ascii_start();
     let is_comment = trimmed.starts_with(b"#");
-    // Comments and names of robots may be in any encoding.
+    // Comments and robot names may be in any encoding.
     let is_free = is_comment || trimmed.starts_with(b"PARAM");
     let bad = bytes.iter().enumerate().find(|&(_, &b)| {
         (b.is_ascii_control() && !matches!(b, b'\t' | b'\r' | 0x0c | 0x1a))
@@ -22,7 +22,7 @@ pub(super) fn check_text(bytes: &[u8], line: usize) -> Result<&str, CarmenError>
         let column = at + 1;
         return Err(CarmenError::Binary { line, column, byte });
     }
-    // Nobody reads a comment, and no number is written in such letters.
+    // Comments are not read, and numbers are pure ASCII.
     let is_read = !is_comment && bytes.is_ascii();
     Ok(std::str::from_utf8(if is_read { bytes } else { b"" }).unwrap_or(""))
 }
@@ -34,14 +34,14 @@ pub(super) struct Fields<'a> {
     message: &'static str,
     field: usize,
     words: std::str::SplitAsciiWhitespace<'a>,
-    /// Ranges so far that are none.
+    /// Ranges so far that were not valid.
     no_ranges: Tally,
-    /// Numbers so far without which the line is of no use.
+    /// Invalid numbers so far that make the line useless.
     unusable: Tally,
 }
 
 impl<'a> Fields<'a> {
-    /// The fields of a line behind the name of its message.
+    /// The fields of a line after the name of its message.
     pub(super) fn of(line: usize, text: &'a str, message: &'static str) -> Self {
         let mut words = text.split_ascii_whitespace();
         words.next();
@@ -56,8 +56,8 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Whether the line can be used, now that all of it was read; what cannot be is told to the
-    /// log.
+    /// Whether the line can be used, now that all of it was read. What cannot be used is added to
+    /// `left_out`.
     pub(super) fn finish(self, left_out: &mut LeftOut) -> bool {
         if self.unusable.count > 0 {
             left_out.lines.append(Tally {
@@ -78,7 +78,7 @@ impl<'a> Fields<'a> {
         Ok(word)
     }
 
-    /// What a word says, that of the field read last, if it fits.
+    /// The value of a word, which is the field read last, if it fits.
     fn read<T: FromStr>(
         &self,
         word: &str,
@@ -106,22 +106,22 @@ impl<'a> Fields<'a> {
         Ok(())
     }
 
-    /// A number that may be none: nobody needs it to be one.
+    /// A number that may be NaN or infinite, because it is not used.
     pub(super) fn number(&mut self) -> Result<f64, FieldError> {
         let word = self.word()?;
         self.read(word, "a number", |_| true)
     }
 
-    /// So many numbers that nobody needs.
+    /// Skips as many numbers, which are not used.
     pub(super) fn skip(&mut self, count: usize) -> Result<(), FieldError> {
         (0..count).try_for_each(|_| self.number().map(drop))
     }
 
-    /// A number of a size that sums and squares of it stay finite; the line is of no use without.
+    /// A number small enough that its sums and squares stay finite; without it the line is useless.
     fn bounded(&mut self, most: f64, expected: &str) -> Result<f64, FieldError> {
         let word = self.word()?;
         let number: f64 = self.read(word, expected, |_| true)?;
-        // NaN is not within.
+        // NaN fails this comparison.
         self.read(word, expected, |n: &f64| n.abs() <= most)
             .or_else(|error| {
                 self.unusable.add(|| error);
@@ -141,7 +141,7 @@ impl<'a> Fields<'a> {
         self.bounded(1e9, "a coordinate in metres, within ±1e9")
     }
 
-    /// A range, m; 0, which stands for none, where the word says a number that is no range.
+    /// A range, m. A number that is not a valid range becomes 0, which means "not measured".
     pub(super) fn range(&mut self) -> Result<f32, FieldError> {
         let word = self.word()?;
         let expected = "a range in metres, finite and at least 0";

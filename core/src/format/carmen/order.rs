@@ -3,18 +3,19 @@
 //! In: scans in the order of the file. Out: the same in the order in which they were taken, with
 //! times that never run backwards.
 //!
-//! 1. A recorder that hears several senders writes messages as they arrive: then the stamps are
-//!    right and the file is not. A sender whose clock jitters makes the stamps wrong: then the file
-//!    is right. Scans that follow each other look alike, so the order in which they differ less is
-//!    taken; of equals that of the stamps.
-//! 2. Where the file is right, the longest run of stamps that do not fall is kept, and the others
-//!    are set between their neighbours.
+//! 1. If a recorder hears several senders, it writes messages as they arrive: then the stamps are
+//!    right and the order of the file is not. If a sender's clock jitters, the stamps are wrong and
+//!    the order of the file is right. Consecutive scans look alike, so the order with smaller
+//!    differences between neighbours is taken; if both are equal, that of the stamps.
+//! 2. Where the order of the file is right, the longest non-decreasing run of stamps is kept, and
+//!    the others are spread between their neighbours in it.
 
 use super::CarmenScan;
 
-/// Of each scan so many readings are compared.
+/// How many readings of each scan are compared.
 const COMPARED: usize = 60;
-/// Readings differ at most by this, m: an open door says no more than that they differ.
+/// Differences of readings are cut off at this, m: an open door says no more than that scans
+/// differ.
 const MOST_DIFFERENCE: f32 = 1.0;
 
 /// Puts scans in the order in which they were taken and gives each its time, s.
@@ -35,7 +36,7 @@ pub(super) fn in_order(mut scans: Vec<CarmenScan>, readings: &[f32]) -> Vec<Carm
     scans
 }
 
-/// How much scans differ from those before them, m in all.
+/// Sum of the differences between consecutive scans, m.
 fn roughness(scans: &[CarmenScan], readings: &[f32]) -> f64 {
     let of = |scan: &CarmenScan| readings.get(scan.start..scan.start + scan.beams);
     scans
@@ -51,10 +52,11 @@ fn roughness(scans: &[CarmenScan], readings: &[f32]) -> f64 {
         .sum()
 }
 
-/// The stamps with those that do not belong to the longest run that never falls set evenly between
-/// their neighbours of the run.
+/// The stamps, where those outside the longest non-decreasing run are spread evenly between their
+/// neighbours in the run.
 fn not_falling(stamps: &[f64]) -> Vec<f64> {
-    // Patience: the last stamp of the best run of each length, and of each stamp the one before.
+    // Patience sorting: the last stamp of the best run of each length, and for each stamp its
+    // predecessor.
     let mut ends: Vec<usize> = vec![];
     let mut before: Vec<Option<usize>> = Vec::with_capacity(stamps.len());
     for (at, &stamp) in stamps.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Reads a log as its bytes come.
+//! Reads a log as its bytes arrive.
 
 use super::fields::{Fields, check_text};
 use super::order::in_order;
@@ -9,8 +9,8 @@ use crate::format::field_error::read;
 /// A line longer than this is not a line of a log.
 pub(super) const MAX_LINE: usize = 1 << 20;
 
-/// Readings at or above this say that nothing came back, m: the SICK's codes for it decode to 81.83
-/// and 81.91.
+/// Readings at or above this mean that nothing came back, m: the SICK's codes for it decode to
+/// 81.83 and 81.91.
 const ALWAYS_NO_RETURN: f32 = 80.0;
 
 /// The messages that are read.
@@ -25,7 +25,7 @@ pub struct CarmenReader {
     readings: Vec<f32>,
     params: Vec<(String, String)>,
     left_out: LeftOut,
-    /// Of the scans that come next, see [`CarmenScan::sweep`].
+    /// For the scans that follow, see [`CarmenScan::sweep`].
     sweep: f64,
     anything: bool,
 }
@@ -33,7 +33,7 @@ pub struct CarmenReader {
 impl CarmenReader {
     /// Takes the next bytes.
     ///
-    /// # Errors   [`CarmenError`]; the reader is of no further use then.
+    /// # Errors   [`CarmenError`]; the reader cannot be used after one.
     pub fn push(&mut self, mut bytes: &[u8]) -> Result<(), CarmenError> {
         while let Some(end) = bytes.iter().position(|&b| b == b'\n') {
             let (line, rest) = bytes.split_at(end);
@@ -55,10 +55,10 @@ impl CarmenReader {
         Ok(())
     }
 
-    /// Sorts what was read.
+    /// Puts what was read in order.
     ///
-    /// # Errors   [`CarmenError`]: a last line cut off, no laser message, none that can be
-    /// used, nothing at all.
+    /// # Errors   [`CarmenError`]: a last line cut off, no laser message, no usable one, or an
+    /// empty file.
     pub fn finish(mut self) -> Result<CarmenLog, CarmenError> {
         let last = std::mem::take(&mut self.unfinished);
         if !last.is_empty() {
@@ -75,7 +75,7 @@ impl CarmenReader {
             return Err(CarmenError::Empty);
         }
         let kinds = [Laser::Front, Laser::Rear, Laser::Robot1];
-        // The first of equals: the front laser.
+        // Of lasers with equally many messages the first wins: the front laser.
         let lasers = kinds.into_iter().zip(self.lasers).rev();
         let most = lasers.max_by_key(|(_, scans)| scans.len());
         let (laser, scans) = most.unwrap_or((Laser::Front, vec![]));
@@ -95,8 +95,8 @@ impl CarmenReader {
         })
     }
 
-    /// The last line, which has no end, may end within the name of its message: other names are
-    /// none of ours.
+    /// The last line has no line end, so it may be cut off within the name of its message. A line
+    /// with any other name is ignored.
     fn check_name(&self, last: &[u8]) -> Result<(), CarmenError> {
         let is_cut = |name: &&str| name.len() > last.len() && name.as_bytes().starts_with(last);
         match MESSAGES.into_iter().find(is_cut) {
@@ -136,7 +136,7 @@ impl CarmenReader {
         }
     }
 
-    /// `ODOM x y θ tv rv acceleration ipc_timestamp host logger_timestamp`: nobody needs it.
+    /// `ODOM x y θ tv rv acceleration ipc_timestamp host logger_timestamp`: not used.
     fn read_odometry(&mut self, mut fields: Fields) -> Result<(), CarmenError> {
         fields.pose()?;
         fields.skip(3)?;
@@ -231,8 +231,8 @@ fn sweep(line: usize, value: Option<&str>) -> Result<f64, CarmenError> {
     )?)
 }
 
-/// The largest reading stands for "no return" where at least one reading in 500 says it (81.83 in
-/// Intel, 81.91 in Freiburg; cheaper lasers say 8 or 30); readings of 80 m and above always do.
+/// The largest reading means "no return" where at least one reading in 500 has it (81.83 in Intel,
+/// 81.91 in Freiburg; cheaper lasers report 8 or 30); readings of 80 m and above always do.
 fn no_return_from(readings: &[f32]) -> f32 {
     let largest = readings.iter().copied().fold(0.0_f32, f32::max);
     let near = largest * 0.999;

@@ -1,4 +1,4 @@
-//! Small logs by hand, and damaged ones.
+//! Small logs written by hand, and damaged ones.
 
 use proptest::prelude::*;
 
@@ -168,7 +168,7 @@ fn bad_files_are_told_what_where_and_what_was_expected() {
         "{name}"
     );
     assert!(CarmenLog::parse(format!("{good}TRUEPOS 1 2").as_bytes()).is_ok());
-    // Numbers so large that their sums and squares are none, and no line without such.
+    // Numbers so large that their sums and squares overflow; the line is left out.
     let far = flaser(&[1.0], (1e300, 0.0, 0.0), 1.0);
     assert!(message(far.as_bytes()).contains("field 4 of FLASER is `1000"));
     assert!(message(far.as_bytes()).contains("a coordinate in metres, within ±1e9"));
@@ -211,7 +211,7 @@ fn what_is_left_out_is_told_with_the_first_line() {
     assert!(only.scan(&only.scans[0]).ranges[1].is_nan());
     let whole = CarmenLog::parse(good.as_bytes()).unwrap();
     assert!(whole.left_out.sentences().is_empty());
-    // Nothing but such lines is no log.
+    // A file of nothing but such lines is not a log.
     let none = message(good.replace("0.000000", "nan").repeat(3).as_bytes());
     assert!(
         none.starts_with("line 1: field 5 of FLASER is `nan`"),
@@ -232,8 +232,8 @@ fn no_number() -> impl Strategy<Value = &'static str> {
 }
 
 proptest! {
-    /// A log with such ranges and poses is the log in which those ranges are 0, which stands for
-    /// none, and those lines are missing.
+    /// A log with invalid ranges and poses equals the log in which those ranges are 0, which means
+    /// "not measured", and those lines are missing.
     #[test]
     fn ranges_and_poses_that_are_none_cost_only_themselves(
         lines in proptest::collection::vec(
@@ -371,8 +371,7 @@ fn written_scans_are_read_back() {
         (read.ranges[0], read.ranges[7]),
         (even.ranges[0], even.ranges[7])
     );
-    // Every reading stands in its own direction, and at its own time, whichever way the lidar
-    // turned.
+    // Every reading keeps its own direction and its own time, whichever way the lidar turned.
     assert_eq!(back.scans[1].sweep, -0.1);
     assert_same(&back.scan(&back.scans[1]), &clockwise);
 }
@@ -426,7 +425,7 @@ fn of_beams_in_no_order_no_sweep_is_told() {
     log.push(1.0, &pose, &scan_to(vec![1.0, 0.1, -1.0]));
     let sweeps: Vec<f64> = log.scans.iter().map(|scan| scan.sweep).collect();
     assert_eq!(sweeps, [0.0, -0.1]);
-    // A sweep ends where the next line says so.
+    // A sweep's duration applies until the next such line.
     let text = log.write() + &flaser(&[1.0, 2.0], (0.0, 0.0, 0.0), 2.0);
     assert_eq!(text.matches("PARAM slamlab_sweep").count(), 1);
 }
@@ -448,7 +447,7 @@ fn uneven_directions_become_even_ones() {
     scan.ranges = vec![1.0, 2.0, 3.0, 4.0];
     let mut log = CarmenLog::empty();
     log.push(0.0, &Pose2::identity(), &scan);
-    // From -3 in steps of 1.5: nobody looks ahead, and of two that look right the nearer one
+    // From -3 in steps of 1.5: no beam looks ahead, and of two beams that look right the nearer one
     // counts.
     assert_eq!(log.readings, [1.0, 2.0, 0.0, 4.0]);
     let read = CarmenLog::parse(log.write().as_bytes()).unwrap();

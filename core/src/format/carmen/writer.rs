@@ -1,10 +1,11 @@
 //! From scans to a log, and from a log to text.
 //!
-//! 1. A log knows one direction of the first beam and one step: beams are put at equal angles
+//! 1. A log has one direction of the first beam and one step: beams are put at equal angles
 //!    ([`EvenBeams`]), and a direction without a beam has no reading (0).
 //! 2. A message has no time within a sweep: a `PARAM` line before it says how long the sweep took,
-//!    and which end came first. Of beams that were taken in no order of direction it says nothing.
-//! 3. Numbers are written with as many digits as they need to come back to the bit.
+//!    and which end came first. For beams that were not taken in order of direction it says
+//!    nothing.
+//! 3. Numbers are written with as many digits as are needed to read them back to the bit.
 
 use std::fmt::Write as _;
 
@@ -14,7 +15,7 @@ use crate::geom::Pose2;
 use crate::robot::{EvenBeams, Scan};
 
 impl CarmenLog {
-    /// A log without scans, of a laser that says its own fan.
+    /// A log without scans, of a laser whose messages state their fan.
     #[must_use]
     pub fn empty() -> Self {
         Self {
@@ -39,7 +40,7 @@ impl CarmenLog {
         self.readings.is_empty()
     }
 
-    /// Adds a scan that is later than those before, taken at `seconds` where the wheels alone put
+    /// Adds a scan that is later than those before, taken at `seconds`, where odometry alone put
     /// the robot at `odom_from_robot`.
     pub fn push(&mut self, seconds: f64, odom_from_robot: &Pose2, scan: &Scan) {
         let max_range = scan.max_range as f32;
@@ -67,8 +68,8 @@ impl CarmenLog {
         });
     }
 
-    /// The text of the file: `PARAM` lines, then a laser message for each scan, with a `PARAM` line
-    /// before it wherever the sweep is another.
+    /// The text of the file: `PARAM` lines, then a laser message for each scan, preceded by a
+    /// `PARAM` line wherever the duration of the sweep changes.
     #[must_use]
     pub fn write(&self) -> String {
         let mut text = String::from("# CARMEN log, written by slamlab\n");
@@ -98,7 +99,7 @@ impl CarmenLog {
         if self.laser == Laser::Robot1 {
             let BeamFan { first, step } = scan.fan;
             let view = step * readings.len().saturating_sub(1) as f64;
-            // A limit of 0 stands for none.
+            // A limit of 0 means no limit.
             let limit = Some(scan.max_range).filter(|m| m.is_finite());
             let limit = limit.unwrap_or_default();
             let _ = write!(text, " 0 {first} {view} {step} {limit} 0.01 0");
@@ -123,7 +124,7 @@ impl CarmenLog {
     }
 }
 
-/// The duration of a sweep, as [`CarmenScan::sweep`] has it, of beams that were put at equal
+/// The duration of a sweep in the sense of [`CarmenScan::sweep`], for beams that were put at equal
 /// angles.
 fn sweep_of(even: &EvenBeams, seconds: f64) -> f64 {
     let taken: Vec<usize> = even.beams.iter().copied().flatten().collect();

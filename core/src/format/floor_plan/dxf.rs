@@ -1,14 +1,14 @@
 //! DXF of release 12, which every drawing program reads: walls as lines, lengths as text, each on a
 //! layer of its own.
 //!
-//! A file is pairs of lines, a group code and its value.
+//! A file consists of pairs of lines: a group code and its value.
 
 use std::fmt::{Display, Write as _};
 
 use super::{FloorPlanError, Label, bounds};
 use crate::map::Wall;
 
-/// Height of the lengths' digits, m.
+/// Text height of the lengths, m.
 const TEXT: f64 = 0.16;
 const WALLS: &str = "WALLS";
 const LENGTHS: &str = "LENGTHS";

@@ -1,12 +1,12 @@
-//! GeoJSON: a feature for each wall, with what is known of it.
+//! GeoJSON: a feature for each wall, with its properties.
 
 use serde_json::{Value, json};
 
 use super::{FloorPlanError, bounds};
 use crate::map::Wall;
 
-/// The walls as a collection of line strings. Coordinates are metres of the map and no degrees; the
-/// file says so.
+/// The walls as a collection of line strings. Coordinates are metres in the map frame, not degrees;
+/// the file says so.
 ///
 /// # Errors    [`FloorPlanError`].
 pub fn geojson(walls: &[Wall]) -> Result<String, FloorPlanError> {

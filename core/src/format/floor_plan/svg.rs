@@ -7,14 +7,14 @@ use nalgebra::Point2;
 use super::{FloorPlanError, Label, bounds};
 use crate::map::Wall;
 
-/// Around the walls, m.
+/// Margin around the walls, m.
 const MARGIN: f64 = 0.5;
-/// Height of the lengths' digits, m.
+/// Text height of the lengths, m.
 const TEXT: f64 = 0.16;
 
 /// A drawing of the walls. One unit of it is a metre; printed, a metre is a centimetre. `start`,
-/// map frame, m, is where the robot began: marked, so that whoever takes the drawing for a building
-/// ([`crate::format::building::of_svg`]) begins there.
+/// map frame, m, is where the robot began. It is marked, so a robot that is put into the drawing as
+/// a building ([`crate::format::building::of_svg`]) begins there.
 ///
 /// # Errors    [`FloorPlanError`].
 pub fn svg(walls: &[Wall], start: Option<Point2<f64>>) -> Result<String, FloorPlanError> {
@@ -55,7 +55,7 @@ pub fn svg(walls: &[Wall], start: Option<Point2<f64>>) -> Result<String, FloorPl
     for label in walls.iter().filter_map(|wall| Label::of(wall, TEXT)) {
         let (x, y) = (label.at.x, -label.at.y);
         let turned = -label.direction.to_degrees();
-        // Half of the digits' height below the middle.
+        // Half of the text height below the middle.
         let _ = writeln!(
             text,
             "<text x=\"{x:.3}\" y=\"{y:.3}\" dy=\"0.35em\" transform=\"rotate({turned:.2} {x:.3} {y:.3})\">{}</text>",

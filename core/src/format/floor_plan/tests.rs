@@ -1,4 +1,4 @@
-//! Each file is read back by rules that are written out here once more.
+//! Each file is read back by rules that are written out here independently.
 
 use serde_json::Value;
 
@@ -41,7 +41,7 @@ fn svg_draws_each_wall_where_it_is_with_y_down() {
     assert_eq!(attributes(&svg, "line", "y2"), [-4.0, -0.25, -1.3]);
     assert!(svg.contains("<title>5.000 m</title>"));
     assert!(svg.contains("<circle id=\"start\" cx=\"0.5000\" cy=\"-1.5000\""));
-    // The short one has no text; upwards or downwards, a text's head is never below.
+    // The short wall has no text; whether upwards or downwards, the text is never upside down.
     assert_eq!(svg.matches("<text").count(), 2);
     assert!(svg.contains(">5.00</text>") && svg.contains(">2.00</text>"));
     let turns: Vec<f64> = svg

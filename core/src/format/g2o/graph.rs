@@ -1,4 +1,4 @@
-//! From a file's pose graph to one that can be solved, and back.
+//! From a file's pose graph to one that can be optimised, and back.
 
 use std::collections::BTreeMap;
 
@@ -9,12 +9,12 @@ use crate::estimation::{Edge, PoseGraph};
 use crate::geom::Pose2;
 
 impl G2oGraph {
-    /// The graph to be solved. Its first pose, which stays where it is, is that which the file
-    /// fixes, by default the file's first; pose and vertex 0 change places for it. No edge is
-    /// doubted.
+    /// The graph to be optimised. Its first pose, which stays where it is, is the vertex that the
+    /// file fixes, by default the file's first; it changes places with vertex 0. No edge gets a
+    /// robust kernel.
     ///
-    /// # Errors   [`G2oError::ManyFixed`]; and where edges name vertices that are not there, as no
-    /// file that was read does.
+    /// # Errors   [`G2oError::ManyFixed`]; and edges that name missing vertices, which no graph
+    /// read from a file has.
     pub fn to_pose_graph(&self) -> Result<PoseGraph, G2oError> {
         let anchor = self.anchor()?;
         let mut order: Vec<usize> = (0..self.vertices.len()).collect();
@@ -46,7 +46,7 @@ impl G2oGraph {
         Ok(graph)
     }
 
-    /// Takes the poses of the graph that was made of this one.
+    /// Takes over the poses of the graph that [`Self::to_pose_graph`] made from this one.
     ///
     /// # Errors   [`G2oError::ManyFixed`].
     pub fn set_poses(&mut self, graph: &PoseGraph) -> Result<(), G2oError> {
@@ -61,7 +61,7 @@ impl G2oGraph {
         Ok(())
     }
 
-    /// Of each edge the places of its two vertices, m.
+    /// For each edge the positions of its two vertices, m.
     pub fn edge_ends(&self) -> impl Iterator<Item = [Point2<f64>; 2]> {
         let place = |vertex: &G2oVertex| Point2::new(vertex.pose.x, vertex.pose.y);
         let places: BTreeMap<u64, Point2<f64>> = (self.vertices.iter())
@@ -88,8 +88,8 @@ impl G2oGraph {
 }
 
 impl From<&PoseGraph> for G2oGraph {
-    /// Vertices have the numbers of the poses, of which the first is fixed. That an edge is doubted
-    /// cannot be said.
+    /// Vertices have the numbers of the poses, and the first one is fixed. The format cannot
+    /// express the robust kernel of an edge.
     fn from(graph: &PoseGraph) -> Self {
         let vertices = (0..).zip(graph.poses());
         let edge = |edge: &Edge| G2oEdge {

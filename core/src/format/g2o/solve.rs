@@ -1,25 +1,25 @@
-//! Solves a file's pose graph from the file's own poses.
+//! Optimises a file's pose graph, starting from the file's own poses.
 
 use super::{G2oError, G2oGraph};
 
-/// Graphs that have not converged by then will not.
+/// Graphs that have not converged by then never will.
 const MOST_ITERATIONS: usize = 100;
 
-/// What came of it.
+/// The result of the optimisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solved {
-    /// χ² of all edges, of the poses as the file had them.
+    /// χ² of all edges, at the poses of the file.
     pub chi2_before: f64,
-    /// Of the poses as they are now.
+    /// χ² at the optimised poses.
     pub chi2_after: f64,
-    /// Whether the last step no longer mattered.
+    /// Whether the last step was negligible.
     pub converged: bool,
-    /// Systems of equations that were solved.
+    /// Number of linear systems solved.
     pub iterations: usize,
 }
 
 impl G2oGraph {
-    /// Moves the poses to the least cost; it never rises.
+    /// Moves the poses to the minimum of the cost; the cost never rises.
     ///
     /// # Errors   [`G2oError`], as of [`Self::to_pose_graph`].
     pub fn solve(&mut self) -> Result<Solved, G2oError> {
@@ -40,8 +40,8 @@ impl G2oGraph {
 mod tests {
     use super::super::parse;
 
-    /// Two measured ways of 1 m and 1.2 m, with information 1 and 3: the least cost lies at
-    /// (1 + 3 · 1.2) / 4 = 1.15 m, where χ² is 0.15² + 3 · 0.05² = 0.03.
+    /// Two measurements of 1 m and 1.2 m, with information 1 and 3: the minimum lies at (1 + 3 ·
+    /// 1.2) / 4 = 1.15 m, where χ² is 0.15² + 3 · 0.05² = 0.03.
     #[test]
     fn two_measurements_meet_at_their_weighted_mean() {
         let text = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 3 0 0\n\

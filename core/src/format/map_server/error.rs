@@ -1,4 +1,4 @@
-//! What may be wrong with a map's files.
+//! What can be wrong with a map's files.
 
 use crate::format::FieldError;
 
@@ -6,10 +6,10 @@ use crate::format::FieldError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapServerError {
-    /// Nothing was ever inserted.
+    /// Nothing was ever inserted into the grid.
     #[error("the map is empty; expected at least one known cell")]
     Empty,
-    /// What is known lies too far apart.
+    /// The known cells span too large an area.
     #[error(
         "the map is {width} times {height} cells; expected at most {} together",
         super::MOST_CELLS
@@ -20,7 +20,7 @@ pub enum MapServerError {
         /// Rows.
         height: usize,
     },
-    /// The cells are not as many as width and height say.
+    /// The number of cells does not match width and height.
     #[error("the map has {found} cells, expected {width} x {height}")]
     Cells {
         /// Number of cells.
@@ -41,7 +41,7 @@ pub enum MapServerError {
     Image(#[from] MapImageError),
 }
 
-/// Why bytes are no YAML file of a map.
+/// Why bytes are not the YAML file of a map.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapInfoError {
@@ -50,10 +50,10 @@ pub enum MapInfoError {
     TooLong {
         /// Its length.
         bytes: usize,
-        /// The longest that is read.
+        /// The longest that is accepted.
         most: usize,
     },
-    /// No YAML, or not the outermost mapping of keys to values.
+    /// Not valid YAML, or the outermost level is not a mapping of keys to values.
     #[error("line {line}: {what}")]
     Syntax {
         /// Line, from 1.
@@ -61,18 +61,18 @@ pub enum MapInfoError {
         /// What is wrong.
         what: String,
     },
-    /// A key that a map needs.
+    /// A required key is missing.
     #[error("the key `{key}` is missing")]
     Missing {
         /// The key.
         key: &'static str,
     },
-    /// A value that cannot be, or a key that stands twice.
+    /// An invalid value, or a key that appears twice.
     #[error(transparent)]
     Field(#[from] FieldError),
 }
 
-/// Why bytes are no image of a map.
+/// Why bytes are not the image of a map.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapImageError {
@@ -85,11 +85,11 @@ pub enum MapImageError {
     /// A field of the header of a PGM.
     #[error("the PGM's {field} is `{found}`, expected {expected}")]
     Header {
-        /// Which.
+        /// The field.
         field: &'static str,
-        /// What stands there.
+        /// What was found.
         found: String,
-        /// What should.
+        /// What was expected.
         expected: &'static str,
     },
     /// More pixels than a map may have, or none.
@@ -109,26 +109,26 @@ pub enum MapImageError {
         width: usize,
         /// Rows.
         height: usize,
-        /// What is there, in words.
+        /// What was found, in words.
         found: String,
     },
-    /// A pixel of a plain PGM that is no grey.
+    /// A pixel of a plain PGM that is not a valid grey.
     #[error("pixel {index} is `{found}`, expected a whole number from 0 to {max}")]
     Pixel {
-        /// Which, from 0, row by row from the top.
+        /// Its number, from 0, row by row from the top.
         index: usize,
-        /// What stands there.
+        /// What was found.
         found: String,
         /// The largest grey.
         max: u16,
     },
-    /// An interlaced PNG that is too large to be put together.
+    /// An interlaced PNG that is too large to be assembled in memory.
     #[error("the PNG is interlaced and larger than {most} bytes; save it without interlacing")]
     Interlaced {
-        /// Most bytes of its samples.
+        /// The most bytes that its samples may take.
         most: usize,
     },
-    /// A PNG that cannot be decoded, in the decoder's words.
+    /// A PNG that cannot be decoded, with the decoder's message.
     #[error("the PNG cannot be read: {0}")]
     Png(String),
 }

@@ -1,8 +1,8 @@
 //! PGM images, plain (P2) and binary (P5).
 //!
-//! Source: Netpbm, pgm(5): magic number, width, height, largest grey, apart by spaces, with
-//! comments from `#` to the end of a line; then, after one space, a byte for each pixel, or two,
-//! high byte first, where the largest grey is above 255. We take one image a file.
+//! Source: Netpbm, pgm(5): magic number, width, height and largest grey, separated by spaces, with
+//! comments from `#` to the end of a line; then, after one space, one byte per pixel, or two, high
+//! byte first, if the largest grey is above 255. A file holds one image here.
 
 use std::fmt::Write as _;
 use std::str::FromStr;
@@ -11,7 +11,7 @@ use super::MapImageError;
 use super::read::{Pixel, Size};
 use crate::format::field_error::short;
 
-/// Reads an image; pixels are seen row by row, the highest first.
+/// Reads an image and passes its pixels to `see`, row by row from the top.
 pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, MapImageError> {
     let mut words = Words { rest: bytes };
     let is_plain = words.next() == b"P2";
@@ -33,7 +33,7 @@ pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, Map
     Ok(size)
 }
 
-/// Writes rows of greys from 0 to 255, the highest first.
+/// Writes rows of greys from 0 to 255, from the top.
 pub(super) fn write(is_plain: bool, (width, height): (usize, usize), greys: &[u8]) -> Vec<u8> {
     let magic = if is_plain { "P2" } else { "P5" };
     let mut text = format!("{magic}\n# slamlab\n{width} {height}\n255\n");
@@ -42,7 +42,7 @@ pub(super) fn write(is_plain: bool, (width, height): (usize, usize), greys: &[u8
         bytes.extend_from_slice(greys);
         return bytes;
     }
-    // A line holds no more than 70 characters.
+    // A line holds at most 70 characters.
     for line in greys.chunks(width.max(1)).flat_map(|row| row.chunks(17)) {
         for (place, grey) in line.iter().enumerate() {
             // Writing to a string does not fail.
@@ -129,7 +129,7 @@ impl<'a> Words<'a> {
         word
     }
 
-    /// The number that the next word says, if it fits.
+    /// The value of the next word, if it fits.
     fn read<T: FromStr>(
         &mut self,
         field: &'static str,

@@ -1,5 +1,5 @@
-//! PNG images, through the crate `png`, row by row: an image of 100 million pixels in four colours
-//! of two bytes would be 800 MB in one piece.
+//! PNG images, through the crate `png`, row by row: 100 million pixels in four channels of two
+//! bytes would take 800 MB at once.
 
 use std::io::Cursor;
 
@@ -8,21 +8,21 @@ use png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError, L
 use super::MapImageError;
 use super::read::{Pixel, Size};
 
-/// Deflate makes no byte into more than this many.
+/// Deflate expands one byte to at most this many.
 const MOST_INFLATED: usize = 1032;
-/// An interlaced image comes in seven passes, none of which is whole: it is put together in memory,
-/// of which it may take so much, bytes.
+/// Most memory for an interlaced image, bytes. It comes in seven passes, none of which is complete,
+/// so it is assembled in memory.
 const MOST_INTERLACED: usize = 1 << 26;
 
-/// Reads an image; pixels are seen row by row, the highest first.
+/// Reads an image and passes its pixels to `see`, row by row from the top.
 pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, MapImageError> {
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 1 << 24 });
     decoder.set_transformations(png::Transformations::EXPAND);
     decoder.ignore_checksums(false);
     let header = decoder.read_header_info()?;
     let size = Size::checked(header.width.into(), header.height.into())?;
-    // Palettes are spread out and bits become bytes: what stands in the file may be an eighth of a
-    // pixel's byte.
+    // Palettes are expanded and bits become bytes: a pixel in the file may take an eighth of the
+    // byte that it becomes.
     let least = header.raw_row_length().saturating_mul(size.height);
     if least / MOST_INFLATED > bytes.len() {
         return Err(size.but_found(format!("{} bytes", bytes.len())));
@@ -71,7 +71,7 @@ impl From<DecodingError> for MapImageError {
     }
 }
 
-/// The mean of the colours.
+/// The mean of the colour channels.
 fn pixel_of(bytes: &[u8], each: usize, has_alpha: bool) -> Pixel {
     let max = if each == 2 { 65535.0 } else { 255.0 };
     let sample = |b: &[u8]| f64::from(b.iter().fold(0_u32, |sum, &b| (sum << 8) | u32::from(b)));
@@ -83,8 +83,8 @@ fn pixel_of(bytes: &[u8], each: usize, has_alpha: bool) -> Pixel {
     }
 }
 
-/// Writes rows of greys, the highest first, each grey followed by its opacity where there are twice
-/// as many bytes as pixels.
+/// Writes rows of greys from the top; each grey is followed by its opacity if there are twice as
+/// many bytes as pixels.
 pub(super) fn write(
     (width, height): (usize, usize),
     samples: &[u8],

@@ -7,13 +7,13 @@ use super::{
 
 /// Reads a map: the YAML file, and the image that it names.
 ///
-/// # Errors    [`MapServerError::Info`] and [`MapServerError::Image`], saying what stands where and
-/// what was expected.
+/// # Errors    [`MapServerError::Info`] and [`MapServerError::Image`], with what was found where
+/// and what was expected.
 pub fn read(yaml: &[u8], image: &[u8]) -> Result<OccupancyMap, MapServerError> {
     read_image(&MapInfo::parse(yaml)?, image)
 }
 
-/// Reads the image of a map whose YAML file was read before.
+/// Reads the image of a map whose YAML file has been read.
 ///
 /// # Errors    [`MapServerError::Image`].
 pub fn read_image(info: &MapInfo, image: &[u8]) -> Result<OccupancyMap, MapServerError> {
@@ -37,16 +37,16 @@ pub fn read_image(info: &MapInfo, image: &[u8]) -> Result<OccupancyMap, MapServe
     })
 }
 
-/// One place of an image.
+/// One pixel of an image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pixel {
     /// From 0 (black) to 1.
     pub(super) shade: f64,
-    /// From 0 (nothing is there) to 1; `None` in an image without transparency.
+    /// From 0 (transparent) to 1; `None` in an image without transparency.
     pub(super) alpha: Option<f64>,
 }
 
-/// What a pixel says of its cell, as `loadMapFromFile` of nav2_map_server has it.
+/// What a pixel says of its cell, as in `loadMapFromFile` of nav2_map_server.
 fn occupancy(info: &MapInfo, pixel: &Pixel) -> i8 {
     let shade = match (info.mode, pixel.alpha) {
         // In this mode opacity counts as a fourth colour.
@@ -67,12 +67,12 @@ fn occupancy(info: &MapInfo, pixel: &Pixel) -> i8 {
         MapMode::Scale if occupied > free => {
             ((p - free) / (occupied - free) * 100.0).round_ties_even() as i8
         }
-        // The thresholds are one: p is there.
+        // Both thresholds are equal, and p equals them.
         MapMode::Scale => 50,
     }
 }
 
-/// Of an image.
+/// Size of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Size {
     pub(super) width: usize,
@@ -98,7 +98,7 @@ impl Size {
         self.width * self.height
     }
 
-    /// The pixels do not match the header: what is there, in words.
+    /// The error for pixels that do not match the header; `found` says in words what is there.
     pub(super) fn but_found(self, found: String) -> MapImageError {
         MapImageError::Pixels {
             width: self.width,

@@ -1,4 +1,5 @@
-//! Files by hand, as map_server of ROS 2 takes them; files written and read back; damaged ones.
+//! Files written by hand, as map_server of ROS 2 takes them; files written and read back; damaged
+//! ones.
 
 use nalgebra::Point2;
 use proptest::prelude::*;
@@ -102,7 +103,7 @@ fn colours_are_averaged_and_opacity_counts_as_map_server_has_it() {
     // Mean of 0, 0, 255: p = 2/3.
     let rgb = png(png::ColorType::Rgb, &[0, 0, 255, 255, 255, 255]);
     assert_eq!(cells(YAML, &rgb), [100, 0]);
-    // Black that nobody sees: trinary counts (0 + 0 + 0 + 1)/4 for opaque black, 0 for clear one.
+    // Invisible black: trinary counts (0 + 0 + 0 + 1)/4 for opaque black, 0 for transparent black.
     let rgba = png(png::ColorType::Rgba, &[0, 0, 0, 255, 255, 255, 255, 254]);
     assert_eq!(cells(YAML, &rgba), [100, 0]);
     assert_eq!(cells(&format!("{YAML}mode: scale"), &rgba), [100, -1]);
@@ -255,7 +256,7 @@ fn bad_images_are_told_what_is_wrong() {
             .contains("expected at least one and at most 100000000")
     );
     assert!(error(b"P5 18446744073709551615 3 255 ").contains("at most 100000000"));
-    // 100 million pixels are promised, none is there: no memory is taken for them.
+    // The header promises 100 million pixels and none follows: no memory is allocated for them.
     assert!(
         error(b"P5 10000 10000 255\nab")
             .contains("promises 10000 x 10000 pixels, the file holds 2")
@@ -271,7 +272,7 @@ fn bad_images_are_told_what_is_wrong() {
         .unwrap()
         .image;
     assert!(error(&png[..png.len() - 20]).contains("the PNG cannot be read"));
-    // A header of 10 000 x 10 000 pixels, its checksum right, with next to nothing behind it.
+    // A header of 10 000 x 10 000 pixels with a correct checksum, followed by next to nothing.
     let mut bomb = vec![];
     png::Encoder::new(&mut bomb, 10_000, 10_000)
         .write_header()

@@ -10,7 +10,7 @@ const OCCUPIED_THRESH: f64 = 0.65;
 /// is 50/255 = 0.19608, just above.
 const FREE_THRESH: f64 = 0.196;
 
-/// What file the image becomes.
+/// The file format of the image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MapImage {
     /// Binary PGM (P5).
@@ -23,7 +23,7 @@ pub enum MapImage {
 }
 
 impl MapImage {
-    /// PNG of a name that ends so, else binary PGM.
+    /// PNG if the name ends in `.png`, else binary PGM.
     #[must_use]
     pub fn of_name(name: &str) -> Self {
         match name.to_ascii_lowercase().ends_with(".png") {
@@ -42,10 +42,9 @@ pub struct MapFiles {
     pub yaml: String,
 }
 
-/// Writes a map. `image_name` is where the image will be stored, seen from the folder of the YAML
-/// file.
+/// Writes a map. `image_name` is the path of the image relative to the folder of the YAML file.
 ///
-/// # Errors    [`MapServerError::Empty`] and [`MapServerError::Cells`] of a map that is none,
+/// # Errors    [`MapServerError::Empty`] and [`MapServerError::Cells`] for an invalid map,
 /// [`MapServerError::NeedsPng`].
 pub fn write(
     map: &OccupancyMap,
@@ -94,7 +93,8 @@ fn check(map: &OccupancyMap) -> Result<(), MapServerError> {
 fn yaml(map: &OccupancyMap, mode: MapMode, image_name: &str) -> String {
     let entry = MapMode::ALL.iter().find(|(_, known)| *known == mode);
     let name = entry.map_or("", |(name, _)| name);
-    // In mode `scale` whatever is between the thresholds keeps its probability: all of it.
+    // In mode `scale` what lies between the thresholds keeps its probability; with 0 and 1 that is
+    // everything.
     let (free, occupied) = match mode {
         MapMode::Scale => (0.0, 1.0),
         MapMode::Trinary | MapMode::Raw => (FREE_THRESH, OCCUPIED_THRESH),
@@ -132,8 +132,7 @@ fn scale(cell: i8) -> [u8; 2] {
     }
 }
 
-/// A plain word as it stands; anything else in double quotes, escaped (YAML 1.2 §7.3.1: as in
-/// JSON).
+/// A plain word unchanged; anything else in double quotes, escaped (YAML 1.2 §7.3.1: as in JSON).
 fn yaml_string(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-' | '/');
     if text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(is_plain) {

@@ -1,7 +1,7 @@
 //! The YAML file of a map: a flat mapping of keys to scalars, and a list of three numbers.
 //!
-//! In: bytes. Out: a [`MapInfo`]. Read event by event and not as a tree: aliases, of which a few
-//! lines can make a tree of any size, and nesting of any depth cost nothing then.
+//! In: bytes. Out: a [`MapInfo`]. The file is read event by event and not as a tree, so deep
+//! nesting costs nothing, nor do aliases, with which a few lines can describe a tree of any size.
 
 use std::collections::BTreeMap;
 
@@ -11,10 +11,10 @@ use super::{MapInfo, MapInfoError, MapMode};
 use crate::format::FieldError;
 use crate::geom::Pose2;
 
-/// Longer files are none of map_server.
+/// Longer files are not from map_server.
 const LONGEST: usize = 1 << 16;
 
-/// What stands beside a key: one word or the words of a list, and the line where it begins.
+/// The value of a key: one word or the words of a list, and the line where it begins.
 struct Value {
     line: usize,
     words: Vec<String>,
@@ -57,7 +57,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<MapInfo, MapInfoError> {
     })
 }
 
-/// The values by their keys.
+/// The values, by key.
 struct Fields(BTreeMap<String, Value>);
 
 impl Fields {
@@ -65,7 +65,7 @@ impl Fields {
         self.0.get(key).ok_or(MapInfoError::Missing { key })
     }
 
-    /// What a value of one word says.
+    /// The value of one word.
     fn word<T>(
         &self,
         key: &'static str,

@@ -30,7 +30,7 @@ fn a_grid_is_written_from_its_lowest_row_on_with_what_is_known_only() {
     assert_eq!(text.lines().count(), 4);
 }
 
-/// Two cells far apart were gone through with all that lies between, and promised 27 GB.
+/// A regression: all cells between two distant ones were visited, and 27 GB were to be allocated.
 #[test]
 fn a_map_of_two_cells_far_apart_is_refused_at_once() {
     let mut grid = Grid::new(GridConfig {

@@ -22,7 +22,7 @@ fn refuse(text: &str, words: &str) {
 
 #[test]
 fn lines_of_eight_numbers_are_tum_by_definition_of_the_quaternion() {
-    // A turn by θ about z is (0, 0, sin θ/2, cos θ/2).
+    // A rotation by θ about z is (0, 0, sin θ/2, cos θ/2).
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let [sin, cos] = [half; 2];
     let text = format!(
@@ -47,7 +47,7 @@ fn columns_are_known_by_name_in_any_order_with_any_separator_and_unit() {
         "\u{feff}\"time\",\"x\",\"y\",\"yaw_deg\"\r\n\"1.5\",2,-3,90\r\n",
         &one,
     );
-    // A comma is a decimal point where it parts no fields.
+    // A comma is a decimal point where it is not the separator.
     check("time;x;y;yaw_deg\n1,5;2,0;-3,0;90\n", &one);
     check(
         "time,x,y,z,qx,qy,qz,qw\n1.5,2,-3,0,0,0,0.70710678118654757,0.70710678118654757\n",
@@ -97,7 +97,7 @@ fn what_is_wrong_is_named_with_line_and_field() {
         "1 0 0 0 0 0 0 1\n1 2\n",
         "line 2: the number of fields is `2`",
     );
-    // Nanoseconds that are not called so.
+    // Nanoseconds in a column without a unit.
     refuse(
         "time,x,y,theta\n1403636579763555584,0,0,0\n",
         "line 2: field 1 (time)",

@@ -1,4 +1,4 @@
-//! The layout that the paper prints, a small room, and laws of reading and writing.
+//! The layout printed in the paper, a small room, and laws of reading and writing.
 
 use std::f64::consts::PI;
 
@@ -36,7 +36,7 @@ fn the_sample_that_the_paper_prints_is_read_and_written() {
     assert_eq!((samples.len(), samples[1]), (2, paper));
     assert!(samples[0].starts);
     assert_eq!(log.write(), line);
-    // Blanks, line ends and digits may be others.
+    // Blanks, line ends and numbers of digits may vary.
     let other = " S_t: 0.5 _d:0 _q:0 | __t:1.34_d:1495.75_q:29 |\t-END- \r\n";
     assert_eq!(parse(other).unwrap(), log);
 }
@@ -60,7 +60,7 @@ fn points_of_a_room_lie_on_its_walls_and_right_is_right() {
             assert!(off < 2e-4, "{index}: {bearing} {range}");
             on_walls[wall] += 1;
         }
-        // The third revolution lost most of the left.
+        // The third revolution lost most of its samples to the left.
         let least = [3, 3, if index == 2 { 1 } else { 3 }, 3];
         let seen = on_walls
             .iter()
@@ -164,7 +164,7 @@ fn samples_that_are_none_cost_only_themselves() {
     assert_eq!(log.len(), 2);
     let [good, bad] = [0, 1].map(|index| log.scan(index, RATE).unwrap());
     bad.validate().unwrap();
-    // One direction alone is no gap: nothing is put in its place.
+    // One missing direction is not a gap: nothing is inserted for it.
     assert_eq!((good.len(), bad.len()), (360, 359));
     for (place, beam) in (0..360).filter(|beam| *beam != 10).enumerate() {
         assert!((good.bearings[beam] - bad.bearings[place]).abs() < 1e-6);
@@ -192,7 +192,8 @@ fn samples_that_are_none_cost_only_themselves() {
     );
 }
 
-/// Wherever a file ends within its last line, it says so; a line without its line end is whole.
+/// A file that ends within its last line is reported as cut off; a last line without a line end is
+/// complete.
 #[test]
 fn a_log_that_is_cut_off_in_a_sample_says_so() {
     let good = "S_t:0.5_d:100_q:1|__t:1.5_d:100_q:63|-END-\n";
@@ -324,7 +325,7 @@ proptest! {
     }
 }
 
-/// Longest numbers in as many samples as a line may have.
+/// Lines with the longest numbers and the most samples allowed.
 #[test]
 fn whatever_was_read_is_written_in_lines_that_are_read_again() {
     let sample = Sample {

@@ -1,9 +1,9 @@
 //! Bags of ROS 1, version 2.0, cut into records.
 //!
-//! 1. Behind the magic line stand records: length of a header, header, length of the data, data. A
-//!    header is a list of fields, each a length and `name=value`.
-//! 2. A chunk (`op` 5) holds connections (7) and messages (2), plain or packed by bz2 or lz4. The
-//!    index behind it is passed over: a bag that was cut off has none.
+//! 1. The magic line is followed by records: length of a header, header, length of the data, data.
+//!    A header is a list of fields, each a length and `name=value`.
+//! 2. A chunk (`op` 5) holds connections (7) and messages (2), uncompressed or packed by bz2 or
+//!    lz4. The index at the end is ignored: a bag that was cut off has none.
 //!
 //! Source: wiki.ros.org/Bags/Format/2.0.
 
@@ -15,16 +15,16 @@ pub const BAG_MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 /// First bytes of a bag of any version.
 pub const ANY_BAG: &[u8] = b"#ROSBAG V";
 
-/// No header of a recorder is longer; a connection's holds the definition of its message.
+/// No recorder writes longer headers; a connection's header holds the definition of its message.
 const LONGEST_HEADER: usize = 4 << 20;
-/// No record of a recorder is longer.
+/// No recorder writes longer records.
 const LONGEST_DATA: usize = 1 << 30;
 
 const MESSAGE: u8 = 2;
 const CHUNK: u8 = 5;
 const CONNECTION: u8 = 7;
 
-/// Digits and points of a version that are told.
+/// At most this many digits and points of a version are reported.
 const LONGEST_VERSION: usize = 8;
 
 /// Reads a bag piece by piece.
@@ -33,7 +33,7 @@ pub(super) struct BagReader {
     waiting: Waiting,
     collector: Collector,
     has_begun: bool,
-    /// What is wrong with the record at which reading ended.
+    /// Whether a record could not be read, which ended the reading.
     ended: bool,
 }
 
@@ -45,7 +45,7 @@ struct Cut<'a> {
 }
 
 impl BagReader {
-    /// `None` of what is no bag.
+    /// `None` if the file is not a bag.
     pub(super) fn of(begun: &[u8]) -> Result<Option<Self>, RosError> {
         if begun.starts_with(BAG_MAGIC) {
             return Ok(Some(Self::default()));
@@ -53,7 +53,7 @@ impl BagReader {
         let Some(rest) = begun.strip_prefix(ANY_BAG) else {
             return Ok(None);
         };
-        // What is no number may be anything, of any length.
+        // Other characters may be anything, of any length.
         let digits = rest
             .iter()
             .take_while(|b| b.is_ascii_digit() || **b == b'.');
@@ -102,7 +102,7 @@ impl BagReader {
     }
 }
 
-/// The record that begins here; `None` where not all of it is there.
+/// The record that begins here; `None` if it is incomplete.
 fn cut(bytes: &[u8]) -> Result<Option<Cut<'_>>, String> {
     let Some((header, rest)) = part(bytes, LONGEST_HEADER, "a header")? else {
         return Ok(None);
@@ -118,10 +118,10 @@ fn cut(bytes: &[u8]) -> Result<Option<Cut<'_>>, String> {
     }))
 }
 
-/// A part, and what is behind it.
+/// A part, and what follows it.
 type Parts<'a> = (&'a [u8], &'a [u8]);
 
-/// So many bytes as the length before them says, and what is behind.
+/// As many bytes as the length before them says, and what follows.
 fn part<'a>(bytes: &'a [u8], longest: usize, what: &str) -> Result<Option<Parts<'a>>, String> {
     let Some((length, rest)) = bytes.split_first_chunk::<4>() else {
         return Ok(None);
@@ -133,7 +133,7 @@ fn part<'a>(bytes: &'a [u8], longest: usize, what: &str) -> Result<Option<Parts<
     Ok(rest.split_at_checked(length))
 }
 
-/// Takes in what a record says; those that only index others are passed over.
+/// Takes in the content of a record; index records are ignored.
 fn take(record: &Cut<'_>, at: u64, collector: &mut Collector) {
     match number(record.header, "op") {
         Some([CHUNK]) => chunk(record, at, collector),
@@ -155,7 +155,7 @@ fn chunk(record: &Cut<'_>, at: u64, collector: &mut Collector) {
     let mut rest = unpacked.as_slice();
     while !rest.is_empty() {
         match cut(rest) {
-            // Chunks stand in no chunk.
+            // Chunks cannot be nested.
             Ok(Some(record)) if number(record.header, "op") != Some([CHUNK]) => {
                 take(&record, at, collector);
                 rest = rest.get(record.length..).unwrap_or(&[]);

@@ -1,4 +1,4 @@
-//! Messages as they are cut from a file, put into a [`RosLog`]: both kinds of files have it.
+//! Puts messages cut from a file into a [`RosLog`]; shared by both kinds of files.
 
 use std::collections::BTreeMap;
 
@@ -6,19 +6,19 @@ use super::fields::{Encoding, FieldsError};
 use super::messages::{self, Stamped, TopicKind};
 use super::{RosLog, RosPose, RosScan, Topic};
 
-/// Sentences on damage that are kept; of more only the number.
+/// This many sentences on damage are kept; the rest is only counted.
 const MOST_REPORTED: usize = 5;
 
-/// What both kinds of files are collected in.
+/// Collects the content of either kind of file.
 #[derive(Debug, Default)]
 pub(super) struct Collector {
     pub(super) log: RosLog,
-    /// Topic of each channel or connection, and how its messages are put into bytes.
+    /// Topic of each channel or connection, and the encoding of its messages.
     channels: BTreeMap<u32, (usize, Encoding)>,
 }
 
 impl Collector {
-    /// A channel that messages will come on. In a bag a topic has one for each who publishes it.
+    /// A channel that carries messages. In a bag a topic has one channel per publisher.
     pub(super) fn channel(
         &mut self,
         id: u32,
@@ -44,7 +44,7 @@ impl Collector {
         self.channels.insert(id, (topic, encoding));
     }
 
-    /// A message; `at`: its place in the file, or that of its chunk.
+    /// A message; `at` is its position in the file, or that of its chunk.
     pub(super) fn message(&mut self, id: u32, recorded: u64, bytes: &[u8], at: u64) {
         let Some(&(topic, encoding)) = self.channels.get(&id) else {
             return self.damaged(
@@ -101,7 +101,7 @@ impl Collector {
         Ok(())
     }
 
-    /// `None` of one whose numbers are none.
+    /// `None` for a pose with invalid numbers.
     fn pose(&mut self, topic: usize, recorded: u64, stamped: &Stamped) -> Option<RosPose> {
         let parent_from_child = stamped.parent_from_child?;
         Some(RosPose {
@@ -132,11 +132,12 @@ impl Collector {
     }
 }
 
-/// How far back the last ones of the same two frames are looked for: messages with many transforms
+/// How far back to look for the last poses of the same two frames: messages with many transforms
 /// repeat them in turn.
 const MOST_BACK: usize = 64;
 
-/// Keeps a pose; where the same was said twice before, the second of them only moves on in time.
+/// Keeps a pose. If its value equals the last two of the same frames, it replaces the last one, so
+/// only the end of the interval moves.
 pub(super) fn keep(poses: &mut Vec<RosPose>, pose: RosPose) {
     let is_of = |other: &RosPose| {
         [other.topic, other.parent, other.child] == [pose.topic, pose.parent, pose.child]

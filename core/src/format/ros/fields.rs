@@ -1,46 +1,46 @@
-//! The fields of a message, one after the other, as ROS 1 and ROS 2 put them into bytes.
+//! The fields of a message in order, as ROS 1 and ROS 2 serialise them.
 //!
 //! | encoding | numbers | text |
 //! |---|---|---|
 //! | ROS 1 | little-endian, without padding | length, bytes |
-//! | CDR (ROS 2) | in the order that the head tells, each aligned to its own size, counted from behind the head | length, bytes, a zero that the length counts |
+//! | CDR (ROS 2) | byte order given by the header, each aligned to its own size, counted from the end of the header | length, bytes, a zero that the length counts |
 //! | XCDR 2 | the same, but eight bytes are aligned to four | the same |
 //!
 //! Sources: wiki.ros.org/msg (Serialization); OMG DDSI-RTPS 2.5 §10.2 (encapsulation), DDS-XTYPES
 //! 1.3 §7.4 (both versions of CDR).
 
-/// How a message is put into bytes.
+/// How a message is serialised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
-    /// Of ROS 1.
+    /// That of ROS 1.
     Ros1,
-    /// Of ROS 2, with its head of four bytes.
+    /// That of ROS 2, with its header of four bytes.
     Cdr,
 }
 
 /// Why a message cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum FieldsError {
-    /// It ends too early, or a length in it is wrong.
+    /// The message ends too early, or a length in it is wrong.
     #[error("`{field}` needs {needed} bytes at byte {at}, and the message has {length} bytes")]
     Short {
         /// The field.
         field: &'static str,
         /// Place in the message.
         at: usize,
-        /// Bytes that it takes.
+        /// Bytes that the field takes.
         needed: usize,
         /// Bytes of the message.
         length: usize,
     },
-    /// The head names an encoding that is none of plain data.
+    /// The header names an encoding that is not plain data.
     #[error(
         "the head of the CDR is {0:02x?}; expected 00 00 or 00 01 (CDR), or 00 06 or 00 07 (XCDR 2)"
     )]
     Head([u8; 2]),
 }
 
-/// Length of the head of CDR.
+/// Length of the CDR header.
 const HEAD: usize = 4;
 
 /// Reads fields.
@@ -76,7 +76,7 @@ impl<'a> Fields<'a> {
         Ok(fields)
     }
 
-    /// Whether headers have a number before the stamp.
+    /// Whether message headers have a sequence number before the stamp.
     pub(super) fn has_sequence(&self) -> bool {
         self.encoding == Encoding::Ros1
     }
@@ -112,7 +112,8 @@ impl<'a> Fields<'a> {
         Ok(values)
     }
 
-    /// Number of elements of a list, each of at least so many bytes: what is left must hold them.
+    /// Number of elements of a list, each of at least `least` bytes: the remaining bytes must be
+    /// able to hold them.
     pub(super) fn count(
         &mut self,
         field: &'static str,
@@ -131,7 +132,8 @@ impl<'a> Fields<'a> {
         (0..count).map(|_| self.f32(field)).collect()
     }
 
-    /// Bytes that are no UTF-8 are replaced: a name has to be shown, and to be the same each time.
+    /// Bytes that are not UTF-8 are replaced: a name has to be shown, and must be the same each
+    /// time.
     pub(super) fn text(&mut self, field: &'static str) -> Result<String, FieldsError> {
         let count = self.count(field, 1)?;
         let bytes = self.take(field, count)?;
@@ -148,7 +150,7 @@ impl<'a> Fields<'a> {
         alignment: usize,
     ) -> Result<[u8; N], FieldsError> {
         if self.encoding == Encoding::Cdr && alignment > 1 {
-            // From behind the head.
+            // Counted from the end of the header.
             let behind = self.at - HEAD;
             self.at = HEAD + behind.next_multiple_of(alignment.min(self.most));
         }

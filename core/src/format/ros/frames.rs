@@ -1,8 +1,8 @@
 //! Frames that do not move against each other, and how to get from one to the other.
 //!
-//! In: the transforms of a file. Out: a tree of those that never change. `/tf_static` says so; of
-//! the others those count that were the same in the whole file, for many robots of ROS 1 send
-//! theirs again and again.
+//! In: the transforms of a file. Out: a tree of those that never change. Transforms on `/tf_static`
+//! are constant by definition; others count if they have the same value in the whole file, because
+//! many robots of ROS 1 send constant transforms again and again.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -10,21 +10,21 @@ use nalgebra::Isometry3;
 
 use super::{RosLog, RosPose, TopicKind};
 
-/// Two transforms that differ by less are one: m and rad.
+/// Two transforms that differ by less are the same, m and rad.
 const SAME: f64 = 1e-6;
 
-/// No way leads from one frame to the other.
+/// No chain of constant transforms connects two frames.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "no transform that stays leads from `{from}` to `{to}`{}",
     among(known)
 )]
 pub struct NoTransform {
-    /// The frame that the transform would be in.
+    /// The frame in which the pose was asked for.
     pub from: String,
-    /// The frame that it would be of.
+    /// The frame whose pose was asked for.
     pub to: String,
-    /// Frames that are reached from the first.
+    /// Frames that can be reached from the first.
     pub known: Vec<String>,
 }
 
@@ -38,14 +38,14 @@ fn among(known: &[String]) -> String {
 /// Frames that do not move against each other.
 #[derive(Clone, Debug, Default)]
 pub struct FrameTree {
-    /// Each way is there and back.
+    /// Each edge is stored in both directions.
     edges: BTreeMap<usize, Vec<(usize, Isometry3<f64>)>>,
     /// Pairs of frames, parent first, that move against each other.
     moving: Vec<(usize, usize)>,
 }
 
 impl FrameTree {
-    /// Of a file.
+    /// The frames of a file.
     #[must_use]
     pub fn of(log: &RosLog) -> Self {
         let mut pairs: BTreeMap<(usize, usize), Pair> = BTreeMap::new();
@@ -54,7 +54,7 @@ impl FrameTree {
             let is_static = topic.is_some_and(|t| t.kind == Some(TopicKind::StaticTransforms));
             let key = (pose.parent, pose.child);
             let pair = pairs.entry(key).or_insert_with(|| Pair::new(pose));
-            // Of what is said to stay the last word counts: a calibration may be sent again.
+            // Of static transforms the last one counts: a calibration may be sent again.
             if is_static {
                 (pair.transform, pair.is_static) = (pose.parent_from_child, true);
             }
@@ -80,9 +80,9 @@ impl FrameTree {
         &self.moving
     }
 
-    /// Coordinates in `to` to coordinates in `from`.
+    /// The transform from coordinates in `to` to coordinates in `from`.
     ///
-    /// # Errors    [`NoTransform`], naming both and what is known.
+    /// # Errors    [`NoTransform`], with both names and the frames that can be reached.
     pub fn between(
         &self,
         log: &RosLog,
@@ -136,7 +136,7 @@ impl Pair {
 
 fn is_same(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
     let place = (a.translation.vector - b.translation.vector).amax();
-    // Of two quaternions of one rotation one may be the other's negative.
+    // q and -q are the same rotation.
     let turn = 1.0 - a.rotation.coords.dot(&b.rotation.coords).abs();
     place < SAME && turn < SAME * SAME
 }

@@ -2,13 +2,13 @@
 //!
 //! 1. Records are a kind (1 byte), a length (8 bytes, little-endian) and content; they are read by
 //!    the crate's own types.
-//! 2. Chunks are unpacked here: the crate does it by C libraries, which a page cannot have.
+//! 2. Chunks are decompressed here: the crate uses C libraries for it, which a page cannot have.
 //! 3. Only channels with CDR, or with messages of ROS 1, are read. Reading ends with the data
-//!    section, for what follows only says it again.
+//!    section, because the rest only repeats its content.
 //!
-//! Recordings of the bridge are files of this kind, and are read by [`crate::wire::recording`],
-//! which finds its way again behind damage by what all its messages begin with; nothing in a
-//! message of ROS would show where one begins.
+//! Recordings of the bridge are MCAP files too, but are read by [`crate::wire::recording`]. That
+//! reader resynchronises after damage by a pattern with which all its messages begin; messages of
+//! ROS have no such pattern.
 //!
 //! Source: the MCAP format specification, mcap.dev/spec.
 
@@ -26,7 +26,7 @@ static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 
 /// Kind and length of a record.
 const HEAD: usize = 9;
-/// No record of a recorder is longer.
+/// No recorder writes longer records.
 const LONGEST: u64 = 1 << 30;
 
 /// Reads an MCAP file piece by piece.
@@ -42,7 +42,7 @@ struct Contents {
     collector: Collector,
     /// Name of each schema.
     schemas: BTreeMap<u16, String>,
-    /// The data section is over, or what follows cannot be read.
+    /// The data section is over, or the rest cannot be read.
     has_ended: bool,
 }
 
@@ -104,7 +104,7 @@ impl Contents {
                     .damaged(at, &format!("{error}; it is left out"));
             }
         };
-        // 0 stands for a sum that nobody made.
+        // 0 means that no checksum was computed.
         let (found, expected) = (CRC.checksum(&unpacked), header.uncompressed_crc);
         if expected != 0 && found != expected {
             let what = format!(

@@ -1,7 +1,7 @@
-//! The messages that tell where a robot was and what it saw.
+//! The messages that say where a robot was and what it saw.
 //!
-//! In: the bytes of a message. Out: its fields as they stand there, NaN and all; what they are
-//! worth is judged where they are used ([`crate::replay`]).
+//! In: the bytes of a message. Out: its fields unchanged, including NaN. Whether they are usable is
+//! decided where they are used ([`crate::replay`]).
 //!
 //! Sources: `sensor_msgs/LaserScan`, `sensor_msgs/MultiEchoLaserScan`, `nav_msgs/Odometry`,
 //! `tf2_msgs/TFMessage` of ROS 1 (Noetic) and ROS 2 (Jazzy).
@@ -26,7 +26,7 @@ pub enum TopicKind {
 }
 
 impl TopicKind {
-    /// By the name of the type, of ROS 1 or 2; `None` of all that is not read here.
+    /// From the name of the type, of ROS 1 or 2; `None` for types that are not read.
     pub(super) fn of(type_name: &str, topic: &str) -> Option<Self> {
         let (package, name) = type_name.split_once('/')?;
         let name = name.strip_prefix("msg/").unwrap_or(name);
@@ -48,9 +48,9 @@ impl TopicKind {
 /// When and where something was measured.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Head {
-    /// ns; 0 where nobody filled it in.
+    /// ns; 0 if it was not filled in.
     pub(super) stamp: u64,
-    /// Without the slash that ROS 1 sets before it.
+    /// Without the leading slash of ROS 1.
     pub(super) frame: String,
 }
 
@@ -63,15 +63,15 @@ pub struct LaserScan {
     pub angle_max: f32,
     /// From one beam to the next.
     pub angle_increment: f32,
-    /// From one beam to the next; 0: all at once.
+    /// From one beam to the next; 0 if all were taken at once.
     pub time_increment: f32,
     /// From one scan to the next.
     pub scan_time: f32,
-    /// What is nearer is no measurement.
+    /// Nearer readings are invalid.
     pub range_min: f32,
-    /// What is farther is no measurement.
+    /// Farther readings are invalid.
     pub range_max: f32,
-    /// Of each beam.
+    /// One for each beam.
     pub ranges: Vec<f32>,
 }
 
@@ -80,11 +80,11 @@ pub struct LaserScan {
 pub(super) struct Stamped {
     pub(super) head: Head,
     pub(super) child: String,
-    /// `None` where it is no transform.
+    /// `None` if the numbers are not a valid transform.
     pub(super) parent_from_child: Option<Isometry3<f64>>,
 }
 
-/// A scan, whose stamp is that of its first beam.
+/// A scan; its stamp is that of its first beam.
 pub(super) fn scan(
     bytes: &[u8],
     encoding: Encoding,
@@ -108,14 +108,14 @@ pub(super) fn scan(
     Ok((head, scan))
 }
 
-/// Of each beam the first echo; NaN where there is none.
+/// The first echo of each beam; NaN where there is none.
 fn first_echoes(fields: &mut Fields<'_>) -> Result<Vec<f32>, FieldsError> {
     let beams = fields.count("ranges", 4)?;
     let mut first = |_| Ok(fields.f32s("echoes")?.first().copied().unwrap_or(f32::NAN));
     (0..beams).map(&mut first).collect()
 }
 
-/// Where the child frame is in that of the head.
+/// The pose of the child frame in the frame of the header.
 pub(super) fn odometry(bytes: &[u8], encoding: Encoding) -> Result<Stamped, FieldsError> {
     let mut fields = Fields::new(bytes, encoding)?;
     Ok(Stamped {
@@ -128,7 +128,7 @@ pub(super) fn odometry(bytes: &[u8], encoding: Encoding) -> Result<Stamped, Fiel
 /// All transforms of one message.
 pub(super) fn transforms(bytes: &[u8], encoding: Encoding) -> Result<Vec<Stamped>, FieldsError> {
     let mut fields = Fields::new(bytes, encoding)?;
-    // A stamp, two lengths of names, seven numbers.
+    // Size of a stamp, two string lengths and seven numbers.
     let count = fields.count("transforms", 8 + 4 + 4 + 56)?;
     let transform = |_| {
         Ok(Stamped {
@@ -157,7 +157,7 @@ fn frame(fields: &mut Fields<'_>, field: &'static str) -> Result<String, FieldsE
     Ok(name.trim_start_matches('/').to_owned())
 }
 
-/// Three numbers of a place and four of a rotation, x first and w last.
+/// Three numbers of a translation and four of a rotation, x first and w last.
 fn isometry(
     fields: &mut Fields<'_>,
     field: &'static str,

@@ -1,15 +1,15 @@
 //! Recordings of other robots: bags of ROS 1 and MCAP files of ROS 2.
 //!
 //! In: the bytes of a file, in pieces of any size. Out: a [`RosLog`]: every scan, every pose by
-//! odometry and every transform in it, and what of the file is damaged. Which of several lidars is
-//! meant, and what the frames say of where it sits, is asked of it later ([`crate::replay`]).
+//! odometry, every transform, and what part of the file is damaged. Which of several lidars is
+//! meant, and where it sits according to the frames, is decided later ([`crate::replay`]).
 //!
-//! 1. A file is cut into records (`bag`, `mcap`), and chunks are unpacked (`unpack`). Only
-//!    messages of the kinds in `messages` are read; cameras and whatever else is large pass by.
-//! 2. A record that cannot be read ends the file there; a chunk or a message is left out. Either is
-//!    told in [`RosLog::damage`], with its place.
-//! 3. A transform or a pose that is said again and again is kept when it begins and when it ends:
-//!    an arm of many joints at rest costs nothing.
+//! 1. A file is cut into records (`bag`, `mcap`), and chunks are decompressed (`unpack`). Only
+//!    messages of the kinds in `messages` are read; images and other large messages are skipped.
+//! 2. A record that cannot be read ends the file there; a chunk or a message that cannot be read is
+//!    left out. Both are reported with their position in [`RosLog::damage`].
+//! 3. Of a transform or a pose that is repeated unchanged only the first and the last are kept: an
+//!    arm with many joints at rest costs nothing.
 
 mod bag;
 mod collector;
@@ -30,19 +30,19 @@ pub use messages::{LaserScan, TopicKind};
 use collector::Collector;
 use fields::Encoding;
 
-/// Why a file is no recording of ROS, or of no use.
+/// Why a file is not a recording of ROS, or cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RosError {
-    /// It begins otherwise.
+    /// The file does not begin like one.
     #[error("the file begins neither as a ROS 1 bag (`#ROSBAG V2.0`) nor as an MCAP file")]
     Magic,
-    /// A bag of before 2010.
+    /// A bag from before 2010.
     #[error("this is a ROS bag of version {0}; expected 2.0: `rosbag fix` rewrites it")]
     Version(String),
 }
 
-/// What a file of ROS holds.
+/// The content of a file of ROS.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RosLog {
     topics: Vec<Topic>,
@@ -61,9 +61,9 @@ pub struct Topic {
     pub name: String,
     /// Type of its messages: `sensor_msgs/msg/LaserScan`.
     pub type_name: String,
-    /// What is read of it; none where nothing is.
+    /// What is read of it; none if the type is not read.
     pub kind: Option<TopicKind>,
-    /// Messages of it, readable or not.
+    /// Number of its messages, readable or not.
     pub messages: usize,
 }
 
@@ -74,7 +74,7 @@ pub struct RosScan {
     pub topic: usize,
     /// When it was recorded, ns.
     pub recorded: u64,
-    /// When its first beam was taken, by its own word, ns.
+    /// When its first beam was taken according to the message, ns.
     pub stamp: u64,
     /// Number of its frame.
     pub frame: usize,
@@ -82,20 +82,20 @@ pub struct RosScan {
     pub scan: LaserScan,
 }
 
-/// Where one frame is in another, at a time.
+/// The pose of one frame in another, at a time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RosPose {
     /// Number of its topic.
     pub topic: usize,
     /// When it was recorded, ns.
     pub recorded: u64,
-    /// When it was so, by its own word, ns.
+    /// The time it applies to according to the message, ns.
     pub stamp: u64,
-    /// Number of the frame that it is in.
+    /// Number of the frame that it is expressed in.
     pub parent: usize,
-    /// Number of the frame that it is of.
+    /// Number of the frame that it describes.
     pub child: usize,
-    /// Coordinates in the child's frame to coordinates in the parent's.
+    /// Transforms coordinates in the child's frame to coordinates in the parent's.
     pub parent_from_child: Isometry3<f64>,
 }
 
@@ -151,7 +151,7 @@ impl RosLog {
         self.frames.iter().position(|frame| frame == name)
     }
 
-    /// What of the file could not be read, with its place, a sentence each.
+    /// What part of the file could not be read, with its position, one sentence each.
     #[must_use]
     pub fn damage(&self) -> Vec<String> {
         let more = (self.more_damage > 0)
@@ -168,7 +168,7 @@ pub struct RosReader {
 
 #[derive(Debug)]
 enum File {
-    /// Fewer bytes than show what it is.
+    /// Too few bytes to recognise the format.
     Undecided(Vec<u8>),
     Bag(Box<bag::BagReader>),
     Mcap(Box<mcap::McapReader>),
@@ -181,9 +181,9 @@ impl Default for File {
 }
 
 impl RosReader {
-    /// Takes the next bytes, as many as there are.
+    /// Takes the next bytes, any number of them.
     ///
-    /// # Errors    [`RosError`]: it is no such file.
+    /// # Errors    [`RosError`]: the file is not a recording of ROS.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), RosError> {
         match &mut self.file {
             File::Undecided(begun) => {
@@ -212,9 +212,9 @@ impl RosReader {
         }
     }
 
-    /// The file is all there.
+    /// Ends the file.
     ///
-    /// # Errors    [`RosError`]: it is no such file.
+    /// # Errors    [`RosError`]: the file is not a recording of ROS.
     pub fn finish(self) -> Result<RosLog, RosError> {
         match self.file {
             File::Undecided(_) => Err(RosError::Magic),
@@ -224,7 +224,7 @@ impl RosReader {
     }
 }
 
-/// Bytes that are not a whole record yet, and where the first of them stands in the file.
+/// Bytes that are not a complete record yet, and the position of the first of them in the file.
 #[derive(Debug, Default)]
 struct Waiting {
     bytes: Vec<u8>,
@@ -232,7 +232,8 @@ struct Waiting {
 }
 
 impl Waiting {
-    /// Hands whole records on: `take` says how many bytes it took, `None` where it needs more.
+    /// Passes complete records to `take`, which returns how many bytes it took, or `None` if it
+    /// needs more.
     fn push(&mut self, bytes: &[u8], mut take: impl FnMut(&[u8], u64) -> Option<usize>) {
         self.bytes.extend_from_slice(bytes);
         let mut used = 0;

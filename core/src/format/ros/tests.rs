@@ -1,5 +1,5 @@
-//! Files by programs of others (`tests/interop/ros_files.py`), whole, cut and damaged; see
-//! [`crate::replay`] for what their scans and poses are worth.
+//! Files written by other programs (`tests/interop/ros_files.py`), complete, cut off and damaged;
+//! [`crate::replay`] tests how their scans and poses are used.
 
 use proptest::prelude::*;
 
@@ -65,7 +65,7 @@ fn the_mast_leads_from_the_robot_to_its_lidar() {
         (place - nalgebra::Vector3::new(0.2, 0.05, 0.3)).amax() < 1e-9,
         "{place}"
     );
-    // Upside down: its z axis looks at the floor.
+    // Upside down: its z axis points to the floor.
     assert!((there.rotation * nalgebra::Vector3::z()).z < -0.999);
     let back = tree.between(&log, laser, base).unwrap();
     assert!(((back * there).translation.vector).amax() < 1e-9);
@@ -100,7 +100,7 @@ fn a_file_that_was_cut_off_keeps_what_stands_before() {
 fn a_damaged_chunk_is_left_out_and_the_others_are_read() {
     for bytes in [BZ2_BAG, LZ4_BAG, ZSTD_MCAP, LZ4_MCAP] {
         let mut damaged = bytes.to_vec();
-        // Inside of the first chunk's data.
+        // Inside the first chunk's data.
         let at = if bytes.starts_with(BAG_MAGIC) {
             4096 + 400
         } else {
@@ -155,7 +155,7 @@ fn the_order_of_bytes_is_that_of_the_head() {
     assert!(matches!(head, FieldsError::Head([0, 9])));
 }
 
-/// A list that claims four thousand million elements takes no memory for them.
+/// A list that claims four thousand million elements must not allocate memory for them.
 #[test]
 fn lengths_that_cannot_be_are_refused_before_anything_is_set_aside() {
     let mut bytes = vec![0; 12];

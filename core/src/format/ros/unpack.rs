@@ -1,8 +1,8 @@
-//! Chunks of bags and of MCAP files, unpacked.
+//! Decompresses chunks of bags and of MCAP files.
 //!
-//! In: the bytes of a chunk, the name of its compression, and how many bytes it claims to hold.
-//! Out: those bytes, no more and no fewer: a chunk that claims little and unpacks to gigabytes ends
-//! at what it claims.
+//! In: the bytes of a chunk, the name of its compression, and its claimed length. Out: exactly that
+//! many bytes: decompression stops at the claimed length, even if the data would expand to
+//! gigabytes.
 
 use std::io::Read;
 
@@ -10,41 +10,41 @@ use bzip2::read::BzDecoder;
 use lz4_flex::frame::FrameDecoder;
 use ruzstd::decoding::StreamingDecoder;
 
-/// No chunk of a recorder holds more: they are some megabytes long.
+/// No recorder writes longer chunks: they are some megabytes long.
 const LONGEST: u64 = 256 << 20;
 
-/// Why a chunk cannot be unpacked.
+/// Why a chunk cannot be decompressed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum UnpackError {
-    /// By a method that is not known here.
+    /// The compression method is not supported.
     #[error("the chunk is compressed by `{0}`; known are none, bz2, lz4 and zstd")]
     Unknown(String),
     /// It claims to hold more than any recorder writes.
     #[error("the chunk claims to hold {claimed} bytes; at most {LONGEST} are unpacked")]
     TooLong {
-        /// By its own word.
+        /// The claimed length.
         claimed: u64,
     },
-    /// It does not unpack.
+    /// The data cannot be decompressed.
     #[error("the chunk does not unpack by {how}: {why}")]
     Damaged {
         /// Name of the method.
         how: String,
-        /// In the words of the decompressor.
+        /// The decompressor's message.
         why: String,
     },
-    /// It unpacks to another length.
+    /// The decompressed length is not the claimed one.
     #[error("the chunk unpacks to {found} bytes and claims {claimed}")]
     Length {
-        /// By its own word.
+        /// The claimed length.
         claimed: u64,
-        /// Bytes that came out; one more than claimed where it did not end there.
+        /// Bytes that came out; one more than claimed if the data goes on.
         found: u64,
     },
 }
 
-/// Unpacks a chunk. `how` is the name that bags and MCAP files have for it: empty or `none`,
-/// `bz2`, `lz4` (a frame), `zstd`.
+/// Decompresses a chunk. `how` is the name used in bags and MCAP files: empty or `none`, `bz2`,
+/// `lz4` (a frame), `zstd`.
 ///
 /// # Errors    [`UnpackError`].
 pub(super) fn unpack(how: &str, packed: &[u8], claimed: u64) -> Result<Vec<u8>, UnpackError> {
@@ -73,7 +73,8 @@ pub(super) fn unpack(how: &str, packed: &[u8], claimed: u64) -> Result<Vec<u8>, 
     }
 }
 
-/// What is claimed and a byte more, so that one that goes on is seen; memory grows as bytes come.
+/// Reads one byte more than claimed, which shows whether the data goes on; memory grows with the
+/// bytes read.
 fn all(reader: impl Read, claimed: u64) -> std::io::Result<Vec<u8>> {
     let mut bytes = vec![];
     reader.take(claimed + 1).read_to_end(&mut bytes)?;

@@ -15,7 +15,7 @@ fn experiment() -> Experiment {
     }
 }
 
-/// A file with this content, its header right.
+/// A file with this content and a correct header.
 fn packed(content: &[u8], says: u64) -> Vec<u8> {
     let mut file = MAGIC.to_vec();
     file.extend(VERSION.to_le_bytes());
@@ -103,7 +103,7 @@ fn a_bomb_is_refused_by_what_it_says_and_by_what_it_is() {
     let zeros = vec![0; 50_000_000];
     let bomb = packed(&zeros, zeros.len() as u64);
     assert!(bomb.len() < 60_000);
-    // It says less than it holds: no more than that is unpacked.
+    // The file states less than it holds: no more than that is unpacked.
     let refused = read(&packed(&zeros, 100));
     assert!(
         matches!(refused, Err(SlamlabError::Damaged { .. })),
@@ -121,7 +121,7 @@ proptest! {
         let at = at % file.len();
         prop_assume!(file[at] != byte);
         file[at] = byte;
-        // The two bytes of zlib's header and its sum at the end say nothing of the content.
+        // The two bytes of zlib's header and its checksum at the end do not affect the content.
         match read(&file) {
             Ok(read) => prop_assert_eq!(read, experiment()),
             Err(error) => prop_assert!(!error.to_string().is_empty()),
@@ -134,7 +134,7 @@ proptest! {
         file.extend(VERSION.to_le_bytes());
         file.extend(&bytes);
         prop_assert!(read(&file).is_err());
-        // A content of nothing but zeros is an experiment of which nothing is known.
+        // Content of nothing but zeros is an experiment with nothing in it.
         if let Ok(experiment) = read(&packed(&bytes, bytes.len() as u64)) {
             prop_assert_eq!(read(&write(&experiment)?)?, experiment);
         }

@@ -1,7 +1,7 @@
 //! From text to a submap.
 //!
-//! Lines are looked at one by one: a line that begins with `#` begins a section, the next says how
-//! many follow, and then they follow. Memory grows with what the file holds, not with what it
+//! The text is read line by line: a line that begins with `#` begins a section, the next states how
+//! many lines follow, and then they follow. Memory grows with what the file holds, not with what it
 //! promises.
 
 use std::iter::Peekable;
@@ -14,13 +14,14 @@ use super::{
 use crate::format::FieldError;
 use crate::format::field_error::read;
 
-/// Coordinates beyond this are none, mm: a thousand kilometres. Squares of them stay exact enough.
+/// Coordinates beyond this are refused, mm: a thousand kilometres. Squares of them stay exact
+/// enough.
 const MOST: f64 = 1e9;
 
 /// Reads a submap.
 ///
-/// # Errors    [`SmapError`], with the line: a section that is missing or stands twice, another
-/// number of lines than it says, or a number that cannot be.
+/// # Errors    [`SmapError`], with the line: a section that is missing or appears twice, a
+/// different number of lines than stated, or an invalid number.
 pub fn parse(bytes: &[u8]) -> Result<Smap, SmapError> {
     let text = String::from_utf8_lossy(bytes);
     let text = text.trim_start_matches('\u{feff}');
@@ -97,7 +98,7 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> Lines<'a, I> {
         Ok(rows)
     }
 
-    /// Line and number of what a section says to hold.
+    /// The line on which a section states its number of rows, and that number.
     fn count(&mut self, name: &'static str) -> Result<(usize, usize), SmapError> {
         let (line, word) = self.rest.next().unwrap_or((self.end, ""));
         let expected = "a whole number, at least 0, in the line behind the name";

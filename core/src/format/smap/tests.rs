@@ -1,4 +1,4 @@
-//! The paper's landmarks, what is wrong named by its line, and laws of reading and writing.
+//! The paper's landmarks, errors reported with their lines, and laws of reading and writing.
 
 use nalgebra::Matrix3;
 use proptest::prelude::*;
@@ -242,7 +242,7 @@ fn a_submap_of_a_run_lies_in_its_own_frame_with_the_way_through_it() {
     let smap = Smap::of_submap(&matcher, 1).unwrap();
     let pose = matcher.submaps().nth(1).unwrap().map_from_submap;
     assert!(pose.x() > 0.5, "it begins on the way: {pose:?}");
-    // Walls of the room, and places of the drive, by where the submap lies.
+    // Walls of the room and positions of the drive, placed by the submap's pose.
     assert!(smap.points.len() > 50);
     for point in &smap.points {
         let Point2 { coords: at } = pose * *point;

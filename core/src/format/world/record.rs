@@ -1,4 +1,4 @@
-//! What stands in a world file, field by field, and the way from there to a [`World`] and back.
+//! The fields of a world file, and their conversion to a [`World`] and back.
 
 use nalgebra::{Point2, Vector2};
 use serde::de::Error as _;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::geom::{Pose2, Segment};
 use crate::sim::{Door, Material, Mover, Obstacle, RobotKind, SensorKind, Shape, World};
 
-/// Longest name, bytes.
+/// The longest name, bytes.
 const LONGEST_NAME: usize = 200;
 
 #[derive(Serialize, Deserialize)]
@@ -86,7 +86,7 @@ enum ShapeFile {
     Circle,
 }
 
-/// All shapes in one flat record: a tagged enum would lose the line of what is wrong inside of it.
+/// All shapes in one flat record: a tagged enum would lose the line of an error inside it.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an obstacle { \"shape\": …, … }")]
 struct ObstacleFile {
@@ -183,7 +183,7 @@ impl ObstacleFile {
         Ok(Obstacle { shape, material })
     }
 
-    /// A field that belongs to another shape is a mistake.
+    /// A field that belongs to another shape is an error.
     fn refuse_strangers(&self) -> Result<(), String> {
         let (kind, fields): (_, &[&str]) = match self.shape {
             ShapeFile::Polyline => ("polyline", &["points", "closed"]),

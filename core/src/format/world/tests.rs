@@ -328,7 +328,7 @@ fn world() -> impl Strategy<Value = World> {
                     RobotKind::Rp6
                 },
                 sensor: SensorKind::ALL[sensor].1,
-                // Out of the way of everything above.
+                // Away from everything above.
                 ..World::new(name, Pose2::new(500.0, -500.0, 0.0))
             },
         )

@@ -13,7 +13,8 @@ const OF_MAP: Group = Group {
     acts: Acts::OnRestart,
     ..ANY
 };
-/// Scan matching and grid particles draw few scans, by figures of their own.
+/// Methods other than scan matching and grid particles, which draw few scans with parameters of
+/// their own.
 const SCAN_BY_SCAN: &[Method] = &[
     Method::Odometry,
     Method::LineEkf,
@@ -21,7 +22,7 @@ const SCAN_BY_SCAN: &[Method] = &[
     Method::ParticleLocalisation,
     Method::HistogramLocalisation,
 ];
-/// Methods that draw only what a scan surely says.
+/// Methods that draw only what a scan says for certain.
 const BY_EVIDENCE: &[Method] = &[
     Method::LineEkf,
     Method::GridParticles,

@@ -1,4 +1,4 @@
-//! What is made of scans: points, lines, what is remembered in the blind zone, and what moves.
+//! How scans are processed: points, lines, what is remembered in the blind zone, and what moves.
 
 use super::{ANY, BY_LINES, Group};
 use crate::features::{Hough, LineConfig, PointFeatureConfig, Ransac, SpikeForm, SplitRule};
@@ -15,7 +15,7 @@ const OF_POINTS: Group = Group {
     name: "Points",
     ..ANY
 };
-/// Instead of no limit.
+/// Stands for "no limit".
 const FAR: f64 = 1000.0;
 const OWN: &[&str] = &["linear", "square"];
 
@@ -239,7 +239,7 @@ fn growth(settings: &Settings) -> Option<f64> {
     })
 }
 
-/// Begins with 1 cm and no growth.
+/// A new growth starts with 1 cm and no slope.
 fn set_growth(settings: &mut Settings, value: f64) {
     let growth = match value == 1.0 {
         true => Growth::Linear,

@@ -1,5 +1,5 @@
-//! The simulated robot's body and tracks; what is assumed of any robot's odometry, and what a
-//! recorded log does not say of itself.
+//! The simulated robot's body and tracks; the assumed odometry errors of any robot; and what a
+//! recorded log does not say about its robot.
 
 use super::{ANY, Group, RECORDED, SIMULATED};
 use crate::robot::BodyShape;

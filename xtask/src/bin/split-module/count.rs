@@ -1,5 +1,4 @@
-//! The module with a global of its own for each function, which the function sets when it is
-//! called.
+//! The module with a global for each function, which the function sets when it is called.
 
 use anyhow::Result;
 use walrus::ir::{Const, GlobalSet, Instr, Value};
@@ -7,7 +6,8 @@ use walrus::{ConstExpr, FunctionKind, Module, ValType};
 
 use crate::numbers::Numbers;
 
-/// `called NUMBER` is exported for each function that the module has itself: 1 once it was called.
+/// `called NUMBER` is exported for each function that the module itself contains: 1 once it was
+/// called.
 pub(crate) fn counting(module: &[u8]) -> Result<Vec<u8>> {
     let mut module = Module::from_buffer(module)?;
     let numbers = Numbers::of(&module);

@@ -1,5 +1,5 @@
-//! Splits a WebAssembly module into what a first visit runs and the rest, which is loaded at the
-//! first call of a function that only it has.
+//! Splits a WebAssembly module into the part that a first visit runs and the rest, which is loaded
+//! at the first call of a function in it.
 //!
 //! ```text
 //! split-module count MODULE OUT          the module, with a mark for each function that was called
@@ -7,8 +7,8 @@
 //! ```
 //!
 //! `xtask::wasm` calls both, and `www/first_visit.mjs` between them: it makes a first visit with
-//! the counting module and writes the numbers. A list that lacks a function costs a visitor the
-//! second part sooner, and nothing else: whatever is called is there.
+//! the counting module and writes the numbers. A function missing in that list only makes a visitor
+//! load the second part sooner: every call still works.
 
 mod count;
 mod numbers;

@@ -1,4 +1,4 @@
-//! Functions by number: their place in the module, which is the same each time that it is read.
+//! Functions by number: their index in the module, which is the same each time that it is read.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -30,7 +30,8 @@ impl Numbers {
         self.ids.len()
     }
 
-    /// What the body of a function calls or takes the address of; nothing for an imported one.
+    /// The functions that a function's body calls or takes the address of; none for an imported
+    /// one.
     pub(crate) fn callees(&self, module: &Module, number: usize) -> BTreeSet<usize> {
         struct Seen<'a>(&'a Numbers, BTreeSet<usize>);
         impl<'a> Visitor<'a> for Seen<'_> {
@@ -46,7 +47,7 @@ impl Numbers {
     }
 }
 
-/// A function that the module has itself.
+/// A function that the module itself contains.
 pub(crate) fn local(module: &Module, id: FunctionId) -> Option<&LocalFunction> {
     match &module.funcs.get(id).kind {
         FunctionKind::Local(local) => Some(local),
@@ -54,7 +55,7 @@ pub(crate) fn local(module: &Module, id: FunctionId) -> Option<&LocalFunction> {
     }
 }
 
-/// The functions of the entries of a segment of a table.
+/// The functions in the entries of a table segment.
 pub(crate) fn functions(items: &ElementItems) -> Vec<Option<FunctionId>> {
     match items {
         ElementItems::Functions(ids) => ids.iter().copied().map(Some).collect(),

@@ -1,10 +1,9 @@
-//! The first part: functions that were called, and a stub for each other one that can be called
-//! from outside the rest.
+//! The first part: functions that were called, and a stub for each other function that can be
+//! called from outside the rest.
 //!
-//! Both parts share memory, globals and table. A stub calls through a place in the table, where the
-//! rest puts the function itself when it is loaded; if that did not happen yet, the stub asks for
-//! it first. So a function behaves the same in whichever part it is, and code is moved without
-//! being changed.
+//! Both parts share memory, globals and table. A stub calls through a slot of the table, in which
+//! the rest puts the function itself when it is loaded; if it is not loaded yet, the stub loads it
+//! first. So a function behaves the same in either part, and code is moved without being changed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,11 +17,11 @@ use walrus::{
 use crate::numbers::{Numbers, functions, local};
 use crate::rest;
 
-/// The function that is to load the rest: it returns when that is done.
+/// The function that loads the rest; it returns when that is done.
 const LOAD: &str = "load_rest";
-/// What wasm-bindgen has called when the module is there.
+/// The function that wasm-bindgen calls when the module is instantiated.
 const START: &str = "__wbindgen_start";
-/// The global that says whether the rest is loaded: 1 then. Whoever loads it sets this.
+/// The global that is 1 once the rest is loaded. The loader sets it.
 const IS_LOADED: &str = "rest_is_loaded";
 
 pub(crate) struct Parts {
@@ -30,13 +29,13 @@ pub(crate) struct Parts {
     pub(crate) rest: Vec<u8>,
 }
 
-/// Which function is where.
+/// Which function is in which part.
 pub(crate) struct Plan {
-    /// The rest has them; the others are in the first part.
+    /// Functions in the rest; the others are in the first part.
     pub(crate) deferred: BTreeSet<usize>,
-    /// The place in the table of each that can be called from outside the rest.
+    /// The table slot of each function that can be called from outside the rest.
     pub(crate) places: BTreeMap<usize, u64>,
-    /// The table's new length.
+    /// The new length of the table.
     pub(crate) table_length: u64,
 }
 
@@ -92,7 +91,7 @@ fn exported(module: &Module, name: &str) -> Result<FunctionId> {
 fn plan(module: &Module, numbers: &Numbers, table: TableId, called: &[usize]) -> Result<Plan> {
     let mut stays: BTreeSet<usize> = called.iter().copied().collect();
     stays.insert(numbers.number(exported(module, LOAD)?));
-    // What runs while the module is made: nobody could load the rest then.
+    // What runs during instantiation, when the rest cannot be loaded yet.
     let mut first: Vec<usize> = module
         .start
         .map(|id| numbers.number(id))
@@ -163,7 +162,7 @@ fn add_flag(module: &mut Module) -> GlobalId {
     flag
 }
 
-/// Where a stub goes on.
+/// Where a stub continues.
 struct Jump {
     place: u64,
     table: TableId,
@@ -171,7 +170,8 @@ struct Jump {
     is_loaded: GlobalId,
 }
 
-/// Replaces the body of a function; one that nobody outside the rest calls is left without any.
+/// Replaces the body of a function; a function that is not called from outside the rest gets an
+/// empty one.
 fn stub(module: &mut Module, id: FunctionId, jump: Option<Jump>) {
     let ty = module.funcs.get(id).ty();
     let (params, results) = module.types.params_results(ty);

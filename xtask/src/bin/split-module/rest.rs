@@ -1,5 +1,5 @@
-//! The second part: the functions that the first has only stubs of. All else it has from the
-//! first.
+//! The second part: the functions for which the first has only stubs. Everything else it imports
+//! from the first.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -16,16 +16,16 @@ use crate::parts::Plan;
 /// The module from which the rest imports.
 const FIRST: &str = "first";
 
-/// Under which name the first part exports a function.
+/// The name under which the first part exports a function.
 pub(crate) fn name(number: usize) -> String {
     format!("f{number}")
 }
 
-/// A function that is no larger than this, in instructions, and is in the first part, is in the
-/// second, too: calls within a module are quicker.
+/// Functions of the first part that have at most this many instructions are copied into the second,
+/// because calls within a module are faster.
 const SMALL: u64 = 40;
 
-/// The part, and the functions that the first has to export for it.
+/// The part, and the functions that the first part has to export for it.
 pub(crate) fn rest(bytes: &[u8], plan: &Plan) -> Result<(Vec<u8>, Vec<usize>)> {
     let mut module = Module::from_buffer(bytes)?;
     let numbers = Numbers::of(&module);
@@ -75,15 +75,15 @@ fn import_function(module: &mut Module, numbers: &Numbers, number: usize) {
     module.funcs.get_mut(id).kind = FunctionKind::Import(ImportedFunction { import, ty });
 }
 
-/// Under which name the first part exports a memory: the module from which it was split stands in
-/// it, so that parts of two modules cannot be joined.
+/// The name under which the first part exports a memory. It contains a hash of the original module,
+/// which prevents parts of two modules from being joined.
 fn name_of_memory(at: usize, bytes: &[u8]) -> String {
     let mut hasher = DefaultHasher::new();
     bytes.hash(&mut hasher);
     format!("m{at} {:016x}", hasher.finish())
 }
 
-/// Memory, tables and globals, by kind and number. `bytes`: the module as it was.
+/// Exports memory, tables and globals, by kind and number. `bytes`: the original module.
 pub(crate) fn export_shared(module: &mut Module, bytes: &[u8]) {
     let memories: Vec<_> = module.memories.iter().map(walrus::Memory::id).collect();
     for (at, id) in memories.into_iter().enumerate() {
@@ -126,7 +126,7 @@ fn import_shared(module: &mut Module, bytes: &[u8], plan: &Plan) {
     }
 }
 
-/// Puts the functions into their places.
+/// Puts the functions into their table slots.
 fn fill_table(module: &mut Module, numbers: &Numbers, plan: &Plan) -> Result<()> {
     let Some(table) = module.tables.main_function_table()? else {
         return Ok(());
