@@ -5,7 +5,8 @@
 //!
 //! 1. The first `HELLO` makes its sender the client. Nobody else is heard until it has sent no
 //!    heartbeat for [`PATIENCE`] seconds; then the lidar is stopped.
-//! 2. Datagrams beyond `MOST_PER_SECOND` a second, of all senders together, are dropped.
+//! 2. Of the client, `MOST_PER_SECOND` datagrams a second are heard; while there is no client, as
+//!    many of all senders together. What strangers send does not count against the client.
 //! 3. A path that is not in the list is refused, and state 4 says so.
 //! 4. Readings are kept in order, the newest [`MOST_READINGS`]. At the interval that the client
 //!    asked for, as many are sent as it asked for.
@@ -96,7 +97,8 @@ impl<A: Clone + PartialEq> Server<A> {
     /// Takes a datagram.
     pub fn receive(&mut self, from: A, datagram: &[u8], now: Stamp) {
         self.tick(now);
-        if !self.is_within_rate(now) {
+        let is_stranger = self.client().is_some_and(|client| *client != from);
+        if is_stranger || !self.is_within_rate(now) {
             return;
         }
         let Ok(request) = Request::decode(datagram) else {
@@ -104,7 +106,7 @@ impl<A: Clone + PartialEq> Server<A> {
         };
         match &mut self.client {
             None if matches!(request, Request::Hello(_)) => self.greet(from, now),
-            Some(client) if client.address == from => {
+            Some(client) => {
                 // In the paper, only a heartbeat proves that a client is alive; a flood of orders
                 // does not keep it alive.
                 if request == Request::Heartbeat {
@@ -112,8 +114,7 @@ impl<A: Clone + PartialEq> Server<A> {
                 }
                 self.obey(request, now);
             }
-            // A stranger.
-            _ => (),
+            None => (),
         }
     }
 

@@ -193,6 +193,17 @@ fn a_flood_is_heard_up_to_the_rate_and_the_next_second_is_new() {
 }
 
 #[test]
+fn a_flood_of_strangers_does_not_drown_the_client() {
+    let mut server = greeted();
+    for _ in 0..1000 {
+        say(&mut server, "eve", &Request::Start, 0.5);
+    }
+    assert_eq!(events(&mut server), []);
+    say(&mut server, "pi", &Request::Start, 0.6);
+    assert_eq!(events(&mut server), [ServerEvent::Start]);
+}
+
+#[test]
 fn readings_are_sent_as_asked_for() {
     let mut server = greeted();
     let nodes = |count: u16| {
