@@ -87,7 +87,7 @@ const MAY_IMPORT: [(&str, Imports); 28] = [
     ),
     (
         "wire",
-        These(&["geom", "robot", "points", "control", "format"]),
+        These(&["geom", "robot", "points", "format"]),
     ),
     ("settings", AllBefore),
     ("twin", AllBefore),
