@@ -63,7 +63,7 @@ impl<'a> Adapter<'a> {
         (adapter, writer)
     }
 
-    /// The client has shown the token.
+    /// The client has shown a driver's token.
     pub(crate) fn trust(&mut self) {
         self.socket.trust();
     }
