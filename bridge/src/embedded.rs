@@ -6,7 +6,7 @@
 //! 1. `/` is `index.html`. A file that brotli made smaller when the page was built is stored in
 //!    that form only, as `NAME.br`: with the gzip and plain forms as well, a package was twice as
 //!    large.
-//! 2. Browsers accept brotli only over TLS and from this machine. For others the file is unpacked
+//! 2. Browsers accept brotli only over TLS or from this machine. For others the file is unpacked
 //!    and compressed with gzip at its first request, off the threads that carry messages, and
 //!    cached. A client that accepts neither gets it plain.
 //! 3. The `ETag` is the content's hash and its form: an unchanged file costs a 304, even after an

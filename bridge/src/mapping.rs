@@ -308,8 +308,8 @@ impl Ready {
         Ok(())
     }
 
-    /// # Errors    [`MapError::NoRight`]: nobody may drive by the right by which the robot goes
-    /// home.
+    /// # Errors    [`MapError::NoRight`]: the right by which the robot goes home does not exist, or
+    /// may not drive.
     pub(crate) fn check_rights(&self, rights: &Rights) -> Result<(), MapError> {
         let right = self.home.as_ref().map(|home| &home.right);
         let may_drive = |right| rights.role_of(right).is_some_and(Role::may_drive);

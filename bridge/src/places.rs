@@ -3,13 +3,13 @@
 //! In: a connection's address, and how far it has got. Out: a [`Place`], or none.
 //!
 //! 1. A connection stands at the door until it is let in, as a watcher or as a client that has
-//!    shown a token. Until then nobody knows whether it is the owner's.
-//! 2. Places are limited for each address and in total. If none is left, a connection at the door
-//!    must go: of the address that has most connections there, the one that has stood there
-//!    longest. So whoever opens many pushes out only its own, and the owner can still identify
-//!    itself.
+//!    shown a driver's token. Until then nobody knows whether it is the owner's.
+//! 2. Places are limited for each address and in total. If none is left, the connection that has
+//!    stood at the door longest must go: of the same address if that is full, else of the address
+//!    with most connections there. So whoever opens many pushes out only its own, and the owner can
+//!    still identify itself.
 //! 3. Watchers may take only a part of the places, both per address and in total; the others are
-//!    kept for clients that show a token. A client that was let in is never pushed out.
+//!    kept for clients that show a driver's token. A client that was let in is never pushed out.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -142,7 +142,8 @@ impl Place {
         is_room && taken.let_in(self.number, Standing::Watcher)
     }
 
-    /// Lets it in as a client that has shown a token; false if it was pushed out a moment ago.
+    /// Lets it in as a client that has shown a driver's token; false if it was pushed out a moment
+    /// ago.
     pub(crate) fn trust(&self) -> bool {
         let mut taken = self.places.lock();
         taken.let_in(self.number, Standing::Trusted)

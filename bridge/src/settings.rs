@@ -190,7 +190,7 @@ pub enum SettingsError {
         /// The given value.
         value: u64,
     },
-    /// The budget has no room for the piece being written.
+    /// The budget has no room for two pieces, a finished one and the one being written.
     #[error(
         "record-budget-mib is {budget} and record-piece-mib {piece}; expected room for two pieces at least"
     )]

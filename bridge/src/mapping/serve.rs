@@ -110,7 +110,7 @@ async fn saved(State(shared): State<Arc<Shared>>) -> Result<Response, No> {
     Ok(as_file("application/octet-stream", bytes.to_vec()))
 }
 
-/// Source: RFC 2045 §6.3, for types that nobody registered.
+/// Source: RFC 2045 §6.3, for unregistered types.
 const PGM: &str = "image/x-portable-graymap";
 
 fn files(cells: &OccupancyMap, name: &str) -> Result<MapFiles, No> {
