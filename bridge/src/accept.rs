@@ -1,15 +1,14 @@
 //! Accepts connections, with limits on their number and speed, and timeouts.
 //!
-//! In: the listening socket. Out: HTTP connections that are served, each on a task of its own.
+//! In: the listening socket. Out: served HTTP connections, each on a task of its own.
 //!
-//! 1. Each has a place (`places`), and keeps it as a WebSocket. Where no place is left, it gets 503
-//!    and is closed. What it sends is read no faster than clients speak (`throttle`).
-//! 2. A request whose header is not there in time ends its connection (slowloris), and so does one
-//!    that is open for too long without becoming a WebSocket.
-//! 3. Where TLS is spoken, the first byte says whether the other side does too; who speaks HTTP in
-//!    the clear is sent to the right address. The handshake must be over in the time that a header
-//!    may take.
-//! 4. At the end, connections may finish what they are at.
+//! 1. Each connection takes a place (`places`), and keeps it when it becomes a WebSocket. If no
+//!    place is left, it gets 503 and is closed. `throttle` limits how fast its bytes are read.
+//! 2. A connection is closed if the header of a request does not arrive in time (slowloris), or if
+//!    it stays open too long without becoming a WebSocket.
+//! 3. With TLS on, the first byte shows whether the client speaks TLS too; plain HTTP is redirected
+//!    to the right address. The handshake must finish within the time allowed for a header.
+//! 4. At shutdown, connections may finish the request in progress.
 
 use std::convert::Infallible;
 use std::io;
@@ -45,14 +44,14 @@ const FULL: &[u8] =
     retry-after: 5\r\nconnection: close\r\n\r\nslamlab has as many guests as it can take.";
 /// Room for the header of a request, bytes.
 const HEADER_BYTES: usize = 16 * 1024;
-/// The system was out of handles: some are given back soon.
+/// Pause when the system is out of handles: some are freed soon.
 const OUT_OF_HANDLES: Duration = Duration::from_millis(50);
 
 /// The first byte of a TLS handshake (RFC 8446 §5.1).
 const HANDSHAKE: u8 = 22;
 
-/// Takes connections until `stopped`, then waits for those that are open. Without `tls` they are in
-/// the clear.
+/// Accepts connections until `stopped`, then waits for the open ones to end. Without `tls` they are
+/// not encrypted.
 pub(crate) async fn run(
     listener: TcpListener,
     tls: Option<Identity>,
@@ -110,16 +109,16 @@ pub(crate) async fn run(
     while open.join_next().await.is_some() {}
 }
 
-/// Ends when the bridge is to stop.
+/// Ends when the bridge must stop.
 pub(crate) async fn until(mut stopped: watch::Receiver<bool>) {
-    // An error means that whoever could stop it is gone: stop as well.
+    // An error means that the sender is gone and nobody can ask for a stop any more: stop as well.
     let _ = stopped.wait_for(|stop| *stop).await;
 }
 
-/// One connection and what it may take.
+/// One connection and its limits.
 struct Connection {
     router: Router,
-    /// For who comes in the clear where TLS is spoken.
+    /// For clients that speak plain HTTP to a TLS port.
     redirector: Router,
     visitor: Visitor,
     limits: Limits,
@@ -127,7 +126,7 @@ struct Connection {
 }
 
 impl Connection {
-    /// Shakes hands where that is asked for, and serves the connection.
+    /// Does the TLS handshake if TLS is on, then serves the connection.
     async fn enter(mut self, stream: TcpStream, tls: Option<TlsAcceptor>) {
         // Commands are small and must not wait for others to fill a packet.
         if let Err(error) = stream.set_nodelay(true) {
@@ -183,7 +182,7 @@ impl Connection {
     }
 }
 
-/// What the first bytes were.
+/// What the client speaks, by its first byte.
 enum Greeting {
     Secure(Box<TlsStream<Throttled<TcpStream>>>),
     Plain(Throttled<TcpStream>),

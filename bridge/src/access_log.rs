@@ -1,5 +1,5 @@
-//! What is logged of who comes in, drives and is refused: with the address, never with a token, and
-//! no more of a kind than a person can read.
+//! The access log: who connects, drives and is refused. Entries hold the address, never a token,
+//! and are limited in rate to what a person can read.
 
 use std::fmt;
 use std::net::SocketAddr;
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::rate::Bucket;
 
-/// Entries of a kind in a second, over longer times; twice as many at once.
+/// Entries of one kind per second, on average; a burst may be twice as large.
 const RATE: u32 = 2;
 
 /// Where a connection comes from.
@@ -16,7 +16,7 @@ const RATE: u32 = 2;
 pub(crate) enum Peer {
     /// A socket.
     At(SocketAddr),
-    /// The Zenoh router, or who is behind it, by the number that it gave itself.
+    /// The Zenoh router, or a client behind it, by the number that the client gave itself.
     #[cfg(feature = "zenoh")]
     Router(Option<u64>),
 }
@@ -33,10 +33,10 @@ impl fmt::Display for Peer {
     }
 }
 
-/// Kinds of entries; each has its own budget, so that no flood of one hides another.
+/// Kinds of entries; each has its own budget, so a flood of one cannot hide another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Somebody got the right to drive.
+    /// A client got the lease.
     Lease,
     /// Somebody stopped the robot.
     Stop,
@@ -73,8 +73,8 @@ impl AccessLog {
         Self(Mutex::new([budget; KINDS]))
     }
 
-    /// Logs what happened, with how many of its kind were left out since the last; or, where that
-    /// was too often, counts it and returns false.
+    /// Logs what happened, with the number of entries of its kind left out since the last one. Over
+    /// the budget, only counts it and returns false.
     pub(crate) fn note(&self, now: Duration, kind: Kind, what: fmt::Arguments<'_>) -> bool {
         let Some(left_out) = self.admits(now, kind) else {
             return false;
@@ -90,7 +90,7 @@ impl AccessLog {
         true
     }
 
-    /// How many were left out before, if this one is to be logged.
+    /// The number of entries left out before this one, or none if this one must be left out too.
     fn admits(&self, now: Duration, kind: Kind) -> Option<u64> {
         let mut budgets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let budget = budgets.get_mut(kind as usize)?;

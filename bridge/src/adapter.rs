@@ -1,16 +1,16 @@
-//! The socket of a client that speaks the protocol of another tool: what all such protocols need of
-//! it.
+//! The socket of a client that speaks another tool's protocol: what all such protocols have in
+//! common.
 //!
-//! In: a WebSocket. Out: the client's messages ([`Adapter::next`]), and a queue for those to it.
+//! In: a WebSocket. Out: the client's messages ([`Adapter::next`]), and a queue for messages to it.
 //!
-//! 1. Reading and writing run side by side ([`Writer::beside`]): a client that reads nothing may
-//!    still send a stop. Each write has its time.
+//! 1. Reading and writing run concurrently ([`Writer::beside`]), so a client that reads nothing can
+//!    still send a stop. Each write has a timeout.
 //! 2. Answers are queued; a client that lets the queue grow full is disconnected. Readings of the
-//!    robot are taken only when the queue is empty ([`Adapter::when_idle`]), so that a slow client
-//!    gets fewer and newer ones.
-//! 3. Each message of a client, pings too, counts against the rate that the bridge allows.
-//! 4. Such protocols know no heartbeat of their own. A ping goes out each [`PING`]; a client that
-//!    is silent for too long is gone.
+//!    robot are taken only when the queue is empty ([`Adapter::when_idle`]), so a slow client gets
+//!    fewer readings, but fresh ones.
+//! 3. Every message from a client, including pings, counts against the allowed rate.
+//! 4. These protocols have no heartbeat. A ping is sent every [`PING`]; a client that stays silent
+//!    too long is disconnected.
 
 use std::time::Duration;
 
@@ -25,9 +25,9 @@ use crate::hub::outbox::{Next, Outbox};
 use crate::shared::{Shared, Visitor};
 use crate::socket;
 
-/// Between two pings.
+/// Interval between pings.
 pub(crate) const PING: Duration = Duration::from_secs(1);
-/// Messages that wait to be written: one of the hub can make two for each subscription.
+/// Most messages that may wait to be written: one hub message can become two for each subscription.
 const MOST_WAITING: usize = 160;
 
 /// What a client sends.
@@ -35,11 +35,11 @@ const MOST_WAITING: usize = 160;
 pub(crate) enum Incoming {
     Text(String),
     Binary,
-    /// The answer to a ping, with what was in it.
+    /// The answer to a ping, with the ping's content.
     Pong(Vec<u8>),
 }
 
-/// The reading half, and the queue of the other.
+/// The reading half, and the queue of the writing half.
 pub(crate) struct Adapter<'a> {
     socket: socket::Reader<'a>,
     queue: mpsc::Sender<Message>,
@@ -63,7 +63,7 @@ impl<'a> Adapter<'a> {
         (adapter, writer)
     }
 
-    /// The client has shown the token.
+    /// The client has shown a driver's token.
     pub(crate) fn trust(&mut self) {
         self.socket.trust();
     }
@@ -85,22 +85,22 @@ impl<'a> Adapter<'a> {
         }
     }
 
-    /// What the hub has next, as soon as the queue is empty.
+    /// The hub's next message, taken once the queue is empty.
     pub(crate) fn when_idle<'o>(&self, outbox: &'o Outbox) -> impl Future<Output = Next> + use<'o> {
         let queue = self.queue.clone();
         async move {
-            // An error means that nothing is written any more: the connection ends by that.
+            // An error means that the writer has ended, which ends the connection.
             let _ = queue.reserve_many(MOST_WAITING).await;
             outbox.next().await
         }
     }
 
-    /// Asks for a sign of life; an error where the last is too old.
+    /// Pings the client; an error if it has been silent too long.
     pub(crate) fn ping(&self, content: &[u8]) -> Result<(), End> {
         if self.heard.elapsed() > self.socket.shared.limits.heartbeat {
             return Err(Some(close::HEARTBEAT));
         }
-        // A client that takes nothing now is asked the next time.
+        // If messages still wait, the client is pinged the next time.
         if self.queue.capacity() == MOST_WAITING {
             self.put(Message::Ping(content.to_vec().into()))?;
         }
@@ -131,7 +131,7 @@ pub(crate) struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Writes the queue while `live` goes on, then what is left of it and why it ends.
+    /// Writes the queue while `live` runs, then the rest of it and the reason for the end.
     pub(crate) async fn beside(
         mut self,
         visitor: &Visitor,
@@ -152,7 +152,7 @@ impl Writer<'_> {
         let _ = timeout(FAREWELL, rest).await;
     }
 
-    /// Until nothing more can come, or the client takes nothing.
+    /// Runs until nothing more can come, or the client stops reading.
     async fn run(&mut self) {
         while let Some(message) = self.waiting.recv().await {
             if self.socket.send(message).await.is_err() {

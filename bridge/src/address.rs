@@ -1,10 +1,10 @@
-//! What this machine is called by others on its network.
+//! The addresses and names by which others on the network reach this machine.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 
 use tokio::net::UdpSocket;
 
-/// The machine's name without a domain; none where it is no name that `.local` could follow.
+/// The machine's name without its domain; none if it is not valid in front of `.local`.
 #[must_use]
 pub fn host_name() -> Option<String> {
     let name = gethostname::gethostname().into_string().ok()?;
@@ -13,13 +13,13 @@ pub fn host_name() -> Option<String> {
     (is_label && name != "localhost").then_some(name)
 }
 
-/// The machine's own addresses, but for those that count on this machine only. None where the
-/// system does not tell.
+/// The machine's own addresses, except those valid only on this machine. Empty if the system does
+/// not list them.
 #[must_use]
 pub fn of_this_machine() -> Vec<IpAddr> {
     let is_ours = |ip: &IpAddr| match ip {
         IpAddr::V4(ip) => !ip.is_loopback() && !ip.is_link_local(),
-        // An address with a scope does not stand in a URL that browsers take.
+        // Browsers accept no URL with a scoped (link-local) address.
         IpAddr::V6(ip) => !ip.is_loopback() && !ip.is_unicast_link_local(),
     };
     let all = if_addrs::get_if_addrs().unwrap_or_default();
@@ -33,8 +33,8 @@ pub fn of_this_machine() -> Vec<IpAddr> {
     ours
 }
 
-/// The page's addresses, for one to be typed: on this machine first, then as others on the network
-/// reach it.
+/// The page's addresses, for a person to type: first the one for this machine, then those for
+/// others on the network.
 ///
 /// # Example
 /// ```
@@ -58,9 +58,9 @@ pub fn urls(listening: SocketAddr, is_tls: bool) -> Vec<String> {
         .collect()
 }
 
-/// Of the page's addresses, the one for a phone: that in the network by which this machine reaches
-/// all others, for a phone is seldom in that of a virtual machine or a container; else the first in
-/// figures, which phones find without multicast DNS; else the last.
+/// The one of the page's addresses that a phone is likeliest to reach: this machine's address on
+/// its default route, because a phone is seldom in the network of a virtual machine or a container;
+/// else the first numeric address, which needs no multicast DNS; else the last.
 #[must_use]
 pub fn for_a_phone(urls: &[String]) -> Option<&String> {
     phones_choice(urls, towards_all_others())
@@ -85,8 +85,8 @@ pub(crate) fn host_in(url: &str) -> &str {
     host.trim_matches(['[', ']'])
 }
 
-/// The machine's own address on the default route. Nothing is sent: a UDP socket that is connected
-/// only learns from where it would.
+/// The machine's own address on the default route. Nothing is sent: connecting a UDP socket only
+/// selects the address it would send from.
 fn towards_all_others() -> Option<IpAddr> {
     // Addresses for documentation (RFC 5737): nobody has them, so the default route counts.
     const ANYBODY: ([u8; 4], u16) = ([203, 0, 113, 1], 9);
@@ -95,18 +95,20 @@ fn towards_all_others() -> Option<IpAddr> {
     Some(socket.local_addr().ok()?.ip())
 }
 
-/// The page's address for whoever is behind that host: of a machine with several networks, that in
-/// the one by which it reaches the host itself. None where no address of the machine is known.
+/// The page's address for clients that come through `host`. If this machine is in several networks,
+/// it is the address in the network through which it reaches `host`. None if no address of the
+/// machine is known.
 pub async fn url_towards(listening: SocketAddr, is_tls: bool, host: (&str, u16)) -> Option<String> {
     if listening.ip().is_unspecified()
         && let Some(ours) = source_towards(host).await
-        // A host on this machine tells nothing of its networks.
+        // A host on this machine says nothing about its networks.
         && !ours.is_loopback()
         && (ours.is_ipv4() || listening.is_ipv6())
     {
         return urls(SocketAddr::new(ours, listening.port()), is_tls).pop();
     }
-    // Others reach it by its last name: the first of several counts on this machine only.
+    // Others reach it by the last address: if there are several, the first works on this machine
+    // only.
     urls(listening, is_tls).pop()
 }
 
@@ -127,8 +129,8 @@ async fn source_towards(host: (&str, u16)) -> Option<IpAddr> {
     None
 }
 
-/// What anybody in the network can do with a bridge that listens there, and how to close that; none
-/// where nobody else reaches it, or nothing is open.
+/// What anybody in the network can do with a bridge that listens there, and how to prevent it; none
+/// if nobody else can reach it, or nothing is open.
 #[must_use]
 pub fn exposure(listening: SocketAddr, is_tls: bool, is_private: bool) -> Option<&'static str> {
     if listening.ip().is_loopback() {
@@ -151,8 +153,8 @@ pub fn exposure(listening: SocketAddr, is_tls: bool, is_private: bool) -> Option
     }
 }
 
-/// What whoever reaches the robot's router can do, and how to close that: whom a router lets in, it
-/// alone knows.
+/// What anybody who reaches the robot's router can do, and how to prevent it. The bridge cannot
+/// know whom the router lets in.
 #[must_use]
 pub fn exposure_at_router(is_tls: bool) -> &'static str {
     match is_tls {
@@ -200,8 +202,8 @@ mod tests {
         }
     }
 
-    /// It was the highest number: where a container had run, that of its bridge, which no phone
-    /// reaches.
+    /// Regression: the highest address was chosen. On a machine that had run a container, this was
+    /// the container's network bridge, which no phone reaches.
     #[test]
     fn a_phone_gets_the_address_on_the_default_route() {
         let all = ["localhost", "robot.local", "10.0.0.5", "172.17.0.1"];

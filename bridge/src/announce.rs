@@ -1,5 +1,5 @@
-//! Announces the bridge in the local network, so that programs find it without its address (RFC
-//! 6762, RFC 6763).
+//! Announces the bridge in the local network by multicast DNS, so that programs find it without
+//! knowing its address (RFC 6762, RFC 6763).
 //!
 //! In: where the bridge listens. Out: `INSTANCE._slamlab._tcp.local` with port, `NAME.local`, and a
 //! text record: `version`, `tls` (0 or 1) and `path`. It says goodbye when it is dropped.
@@ -13,7 +13,7 @@ use crate::address;
 
 /// The kind of service, for browsers of the network.
 pub const SERVICE: &str = "_slamlab._tcp.local.";
-/// For the goodbye to go out.
+/// Time for the goodbye to be sent.
 const FAREWELL: Duration = Duration::from_millis(500);
 
 /// What is announced.
@@ -23,7 +23,7 @@ pub struct Announcement {
     pub listening: SocketAddr,
     /// Whether it speaks TLS.
     pub is_tls: bool,
-    /// UDP port of multicast DNS; 5353 but in tests.
+    /// UDP port of multicast DNS; 5353 except in tests.
     pub mdns_port: u16,
 }
 
@@ -38,14 +38,14 @@ pub struct Announced {
     name: String,
 }
 
-/// Why nothing is announced: the system gives no multicast socket, or the name does not do.
+/// Why nothing is announced: the system gives no multicast socket, or the name is not valid.
 #[derive(Debug, thiserror::Error)]
 #[error("the bridge is not announced in the local network: {0}")]
 pub struct AnnounceError(#[from] mdns_sd::Error);
 
 /// Announces the bridge.
 ///
-/// # Errors    [`AnnounceError`]; a bridge can do without.
+/// # Errors    [`AnnounceError`]; the bridge works without being announced.
 pub fn announce(what: &Announcement) -> Result<Announced, AnnounceError> {
     let daemon = ServiceDaemon::new_with_port(what.mdns_port)?;
     let ip = what.listening.ip();
@@ -76,7 +76,7 @@ fn service(what: &Announcement) -> Result<ServiceInfo, mdns_sd::Error> {
 }
 
 impl Drop for Announced {
-    /// Others would keep the name for an hour.
+    /// Without a goodbye, others would keep the name for an hour.
     fn drop(&mut self) {
         if let Ok(done) = self.daemon.unregister(&self.name) {
             let _ = done.recv_timeout(FAREWELL);

@@ -1,5 +1,5 @@
-//! What a command answers, on stdout. A reader that has gone, as `head` does, wants no more of it;
-//! whatever else keeps it from being written is an error.
+//! Prints a command's answer on stdout. A reader that closes the pipe early, such as `head`, is no
+//! error; any other failure to write is one.
 
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write, stdout};
@@ -16,7 +16,7 @@ pub(crate) fn line(line: Arguments<'_>) -> anyhow::Result<()> {
     }
 }
 
-/// As `println!`, which would panic.
+/// Like `println!`, but without its panic.
 macro_rules! answer {
     ($($words:tt)*) => { crate::answer::line(format_args!($($words)*)) };
 }

@@ -1,13 +1,13 @@
-//! The audit: who came to drive, drove, stopped the robot and was refused, with the time of day.
+//! The audit: who had the lease, drove, stopped the robot and was refused, with the time of day.
 //!
-//! In: what happens. Out: files in a folder, one line of JSON each, cut and kept in a budget as
-//! recordings are.
+//! In: what happens. Out: files in a folder, one line of JSON per entry, split into pieces and kept
+//! within a budget like recordings.
 //!
-//! 1. Whoever writes it down never waits for the disk: a thread writes, behind a bounded queue.
-//! 2. What repeats itself (stops that change nothing, refusals) comes through the budgets of
-//!    [`crate::access_log`]; leases, drives and what ended them are all written down.
-//! 3. No token stands here, and no proof.
-//! 4. Where the disk takes nothing, everybody is told, and another file is tried now and then.
+//! 1. Callers never wait for the disk: a thread writes, behind a bounded queue.
+//! 2. Entries that can repeat (stops that change nothing, refusals) are limited by the budgets of
+//!    [`crate::access_log`]; leases, drives and what ended them are all written.
+//! 3. It never holds a token or a proof.
+//! 4. If the disk accepts no writes, all clients are told, and a new file is tried now and then.
 
 mod entry;
 mod story;
@@ -30,13 +30,13 @@ pub(crate) use entry::{What, Who};
 pub(crate) use story::Story;
 use writer::{Fate, Writer};
 
-/// Lines that wait for the disk.
+/// Most lines that may wait for the disk.
 const MOST_WAITING: usize = 1024;
-/// So many files the budget is cut into.
+/// Number of files that share the budget.
 const PIECES: u64 = 8;
 const OLDEST_PIECE: Duration = Duration::from_secs(7 * 24 * 3600);
 
-/// How much of it is kept, for a budget of so many MiB.
+/// How long files become and how much is kept, for a budget in MiB.
 pub(crate) fn keep(budget_mib: u64) -> Keep {
     let all_bytes = budget_mib.saturating_mul(MEBIBYTE);
     Keep {
@@ -46,7 +46,7 @@ pub(crate) fn keep(budget_mib: u64) -> Keep {
     }
 }
 
-/// The audit under way.
+/// The running audit.
 #[derive(Debug)]
 pub(crate) struct Audit {
     clock: Clock,
@@ -56,7 +56,7 @@ pub(crate) struct Audit {
 }
 
 impl Audit {
-    /// Begins a new file in the folder, which was taken for it.
+    /// Begins a new file in the folder, which must already be locked for it.
     ///
     /// # Errors    [`RecordError`]: it cannot be written.
     pub(crate) fn start(pieces: Files) -> Result<Self, RecordError> {
@@ -85,7 +85,7 @@ impl Audit {
     /// Writes down what happened at `now`.
     pub(crate) fn note(&self, now: Duration, what: &What) {
         let at = OffsetDateTime::UNIX_EPOCH + self.clock.time_of_day(now);
-        // Every year that a clock can show has four figures.
+        // Formatting cannot fail: every year that a clock can show has four digits.
         let at = at.format(&Rfc3339).unwrap_or_default();
         let Ok(line) = serde_json::to_string(&Line { at, what }) else {
             return;
@@ -97,7 +97,7 @@ impl Audit {
         }
     }
 
-    /// Why nothing more is written; none while all is well.
+    /// Why nothing is being written; none while all is well.
     pub(crate) fn fault(&self) -> Option<String> {
         let fault = self
             .fate
@@ -107,7 +107,7 @@ impl Audit {
         fault.clone()
     }
 
-    /// Waits until all is written.
+    /// Waits until everything is written.
     pub(crate) fn finish(&self) {
         self.note(self.clock.now(), &What::Ends);
         let lines = &mut *self.lines.lock().unwrap_or_else(PoisonError::into_inner);

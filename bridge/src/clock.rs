@@ -1,5 +1,5 @@
-//! The bridge's clock: counts from the start of the program, and never jumps when somebody sets the
-//! time of day.
+//! The bridge's clock: counts from the start of the program, and does not jump when somebody sets
+//! the time of day.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -19,7 +19,7 @@ impl Clock {
     pub fn start() -> Self {
         Self {
             start: Instant::now(),
-            // A clock before 1970 is one that was never set.
+            // A clock before 1970 was never set.
             start_of_day: SystemTime::now()
                 .duration_since(UNIX_EPOCH)
                 .unwrap_or_default(),
@@ -32,8 +32,8 @@ impl Clock {
         self.start.elapsed()
     }
 
-    /// The time of day that is `at` after the start, since 1970; setting the time of day does not
-    /// change it.
+    /// The time of day at `at` after the start, as time since 1970; setting the system's time of
+    /// day does not change it.
     #[must_use]
     pub fn time_of_day(&self, at: Duration) -> Duration {
         self.start_of_day + at

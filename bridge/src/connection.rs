@@ -1,13 +1,14 @@
 //! One client's connection: authenticates, then passes messages both ways until one side ends.
 //!
-//! In: a WebSocket. Out: what the client says, to the hub; what the hub has for it, to the client.
+//! In: a WebSocket. Out: the client's messages, to the hub; the hub's messages, to the client.
 //!
-//! 1. The bridge says hello with a challenge; the client answers in time, with a proof or as a
+//! 1. The bridge says hello with a challenge; the client must answer in time, with a proof or as a
 //!    watcher.
-//! 2. Reading and writing run side by side: a client that does not read may still send, and one
+//! 2. Reading and writing run concurrently: a client that does not read can still send, and one
 //!    that is silent still receives.
 //! 3. The first of these ends it: malformed, too large or too many messages; silence; a close from
-//!    either side. However it ends, the hub learns it, and a robot that was driven by it stops.
+//!    either side. However it ends, the hub learns of it, and stops the robot if this client drove
+//!    it.
 
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use slamlab_core::wire::message::{
@@ -24,7 +25,7 @@ use crate::safety::ClientId;
 use crate::shared::{Joined, Shared, Visitor};
 use crate::socket;
 
-/// Of a client's name others see so many bytes.
+/// Longest part of a client's name that others see, bytes.
 const LONGEST_NAME: usize = 64;
 
 /// Serves a client to its end.
@@ -56,7 +57,7 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared, visitor: &Visitor, f
     }
 }
 
-/// The first messages; the client's number, and what waits for it.
+/// Exchanges the first messages; returns the client's number and its outbox.
 async fn enter(
     writer: &mut Writer<'_>,
     reader: &mut Reader<'_>,
@@ -102,7 +103,7 @@ pub(crate) fn admit(
     }
 }
 
-/// Passes messages both ways; why the bridge ended it, if it did.
+/// Passes messages both ways; returns why the bridge ended the connection, if it did.
 async fn serve(
     id: ClientId,
     writer: &mut Writer<'_>,
@@ -115,7 +116,7 @@ async fn serve(
         end = reader.run(id) => end?,
     };
     outbox.close(code);
-    // A client that does not even take the reason is left.
+    // A client that does not even read the reason is dropped.
     let _ = timeout(FAREWELL, writing).await;
     Some(code)
 }
@@ -127,7 +128,7 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Sends what the hub has, until it has no more or the client takes nothing.
+    /// Sends the hub's messages until there are no more or the client stops reading.
     async fn run(&mut self, outbox: &Outbox) -> End {
         loop {
             match outbox.next().await {
@@ -156,7 +157,7 @@ impl Writer<'_> {
         })?;
         let message = match self.format {
             Format::Binary => Message::Binary(bytes.into()),
-            // Whatever JSON is, it is UTF-8.
+            // JSON is always UTF-8.
             Format::Json => Message::Text(Utf8Bytes::try_from(bytes).unwrap_or_default()),
         };
         self.socket.send(message).await
@@ -170,7 +171,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Hands on what the client says, until there is a reason to end.
+    /// Passes the client's messages on, until there is a reason to end.
     async fn run(&mut self, id: ClientId) -> End {
         let shared = self.socket.shared;
         loop {
@@ -192,7 +193,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The next message; pings of the WebSocket itself are answered below, and count as messages.
+    /// The next message. WebSocket pings are answered by the layer below, and count as messages.
     async fn next(&mut self) -> Result<(Header, ToBridge), End> {
         loop {
             let message = self.socket.next().await?;

@@ -1,16 +1,18 @@
 //! The page inside the program.
 //!
-//! In: the path of a request, and what the browser can take. Out: the file, its type and its mark.
+//! In: the path of a request, and the encodings that the browser accepts. Out: the file, its type
+//! and its `ETag`.
 //!
-//! 1. `/` is `index.html`. Of files that brotli made smaller when the page was built the program
-//!    has that form alone, `NAME.br`: with gzip's and the plain one beside it, a package was twice
-//!    as large.
-//! 2. A browser takes brotli over TLS and on this machine only. For the others the file is unpacked
-//!    and packed by gzip when it is first asked for, away from the threads that carry messages, and
-//!    kept; who takes neither gets it plain.
-//! 3. The mark (`ETag`) is the content's hash and its form: an unchanged file costs a 304, whatever
-//!    the program's own age.
-//! 4. Source maps stay out of the program (`build.rs`): they are as large as all the rest.
+//! 1. `/` is `index.html`. A file that brotli made smaller when the page was built is stored in
+//!    that form only, as `NAME.br`: with the gzip and plain forms as well, a package was twice as
+//!    large.
+//! 2. Browsers accept brotli only over TLS or from this machine. For others the file is unpacked
+//!    and compressed with gzip at its first request, off the threads that carry messages, and
+//!    cached. A client that accepts neither gets it plain.
+//! 3. The `ETag` is the content's hash and its form: an unchanged file costs a 304, even after an
+//!    update of the program.
+//! 4. Source maps are left out of the program (`build.rs`): they are as large as everything else
+//!    together.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -29,7 +31,7 @@ type Find = fn(&str) -> Option<EmbeddedFile>;
 
 #[cfg(has_page)]
 fn find(name: &str) -> Option<EmbeddedFile> {
-    /// What `SLAMLAB_PAGE` named when the program was built, but for its source maps.
+    /// The folder that `SLAMLAB_PAGE` named when the program was built, without its source maps.
     #[derive(rust_embed::RustEmbed)]
     #[folder = "$SLAMLAB_PAGE_FOLDER"]
     struct Built;
@@ -48,7 +50,7 @@ pub(crate) const fn is_there() -> bool {
     cfg!(has_page)
 }
 
-/// How a file goes over the network.
+/// How a file is encoded on the network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     Brotli,
@@ -57,7 +59,7 @@ enum Form {
 }
 
 impl Form {
-    /// Its name in HTTP (RFC 9110 §8.4.1, RFC 7932); none where a file goes as it is.
+    /// Its name in HTTP (RFC 9110 §8.4.1, RFC 7932); none for a file sent as it is.
     fn encoding(self) -> Option<&'static str> {
         match self {
             Self::Brotli => Some("br"),
@@ -66,7 +68,7 @@ impl Form {
         }
     }
 
-    /// The smallest that a browser takes.
+    /// The smallest form that the browser accepts.
     fn taken_by(headers: &HeaderMap) -> Self {
         let offered = headers.get(header::ACCEPT_ENCODING);
         let offered = offered.and_then(|offered| offered.to_str().ok());
@@ -79,14 +81,14 @@ impl Form {
     }
 }
 
-/// The page, with the forms of its files that were made so far.
+/// The page, with the gzip forms made so far.
 pub(crate) struct EmbeddedPage {
     find: Find,
     gzipped: Mutex<BTreeMap<String, Bytes>>,
 }
 
 impl EmbeddedPage {
-    /// That which was put into the program.
+    /// The page inside this program.
     pub(crate) fn new() -> Arc<Self> {
         Self::of(find)
     }
@@ -98,7 +100,7 @@ impl EmbeddedPage {
         })
     }
 
-    /// The answer; 404 to everything where there is no page.
+    /// The answer to a request; 404 to everything if there is no page.
     pub(crate) async fn answer(
         self: Arc<Self>,
         method: &Method,
@@ -150,7 +152,7 @@ impl EmbeddedPage {
                 return StatusCode::INTERNAL_SERVER_ERROR.into_response();
             }
         };
-        // Without it, a HEAD would say that the file is empty.
+        // Without this header, the answer to HEAD would say that the file is empty.
         let length = [(header::CONTENT_LENGTH, data.len().to_string())];
         let body = match *method == Method::HEAD {
             true => Body::empty(),
@@ -166,7 +168,7 @@ impl EmbeddedPage {
         response
     }
 
-    /// Another form of a file that is packed by brotli.
+    /// Converts a file stored as brotli to another form.
     async fn formed(
         self: Arc<Self>,
         name: String,
@@ -213,7 +215,7 @@ fn mark(file: &EmbeddedFile, form: Form) -> String {
     format!("\"{half}-{}\"", form.encoding().unwrap_or("plain"))
 }
 
-/// Whether the browser has this very content (RFC 9110 §13.1.2).
+/// Whether the browser already has this content (RFC 9110 §13.1.2).
 fn knows(headers: &HeaderMap, mark: &str) -> bool {
     let known = headers.get(header::IF_NONE_MATCH);
     known

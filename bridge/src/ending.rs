@@ -1,4 +1,4 @@
-//! How connections end: the codes, and a sentence for a person who looks into the browser's log.
+//! How connections end: the close codes, and a sentence for a person who reads the browser's log.
 
 use std::time::Duration;
 
@@ -6,10 +6,10 @@ use axum::extract::ws::{CloseFrame, Message, Utf8Bytes};
 use slamlab_core::wire::message::close;
 use tungstenite::error::ProtocolError;
 
-/// Why a connection ends: with this code, or without a word where the client is gone.
+/// Why a connection ends: the close code to send, or none if the client is gone.
 pub(crate) type End = Option<u16>;
 
-/// How long a client may take to read why its connection ends.
+/// How long a client has to read why its connection ends.
 pub(crate) const FAREWELL: Duration = Duration::from_secs(1);
 
 /// RFC 6455 §7.4.1.
@@ -30,12 +30,12 @@ pub(crate) fn farewell(code: u16) -> Message {
     }))
 }
 
-/// The end that an error of the WebSocket's own layer means.
+/// The end that follows from an error of the WebSocket layer.
 pub(crate) fn of_error(error: axum::Error) -> End {
     match error.into_inner().downcast_ref::<tungstenite::Error>() {
         Some(tungstenite::Error::Capacity(_)) => Some(TOO_LARGE),
         Some(tungstenite::Error::Utf8(_)) => Some(MALFORMED),
-        // Who is gone without a word has done nothing wrong.
+        // A client that disconnects without a close frame has done nothing wrong.
         Some(tungstenite::Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)) => None,
         Some(tungstenite::Error::Protocol(_)) => Some(NO_FRAME),
         _ => None,

@@ -204,7 +204,7 @@ fn role(text: &str) -> Result<Role, String> {
 }
 
 impl ServeFlags {
-    /// What the flags say, the file below them, and the defaults.
+    /// The complete settings: flags override the file, which overrides the defaults.
     pub(crate) fn complete(self) -> anyhow::Result<Settings> {
         let file = self.config.as_deref().map(Settings::read).transpose()?;
         let flags = Settings {
@@ -226,7 +226,7 @@ impl ServeFlags {
     }
 }
 
-/// The file, and the line with the key that an error names.
+/// The file, and the line with the key that the error names.
 fn place_in(path: &Path, error: &SettingsError) -> String {
     let said = error.to_string();
     let is_named = |key: &str| said.split([' ', ':', ';', ',']).any(|word| word == key);

@@ -1,16 +1,16 @@
-//! The headers of every answer: what the page may do, and what may be kept.
+//! The headers of every answer: what the page may do, and what may be cached.
 
 use axum::http::HeaderMap;
 use axum::http::header::{self, HeaderName, HeaderValue};
 
-/// The page loads everything from here and nothing from elsewhere; scripts and styles stand in
-/// files, never inline. `wasm-unsafe-eval` allows compiling WebAssembly, not evaluating strings.
+/// The page loads everything from here and nothing from elsewhere; scripts and styles are files,
+/// never inline. `wasm-unsafe-eval` allows compiling WebAssembly, not evaluating strings.
 pub const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
     worker-src 'self'; connect-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; \
     manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// Same for every answer, errors too. Opener and embedder policy make the page cross-origin
-/// isolated, which gives its clocks their full resolution.
+/// Sent with every answer, including errors. The opener and embedder policies make the page
+/// cross-origin isolated, which gives its clocks their full resolution.
 const FENCE: [(&str, &str); 7] = [
     ("content-security-policy", CONTENT_SECURITY_POLICY),
     ("x-content-type-options", "nosniff"),
@@ -32,7 +32,7 @@ pub(crate) fn add(headers: &mut HeaderMap, path: &str, success: bool) {
             HeaderValue::from_static(value),
         );
     }
-    // Lists of types do not know source maps, which are JSON.
+    // Source maps are JSON, but lists of media types do not contain them.
     if success && path.ends_with(".map") {
         let json = HeaderValue::from_static("application/json");
         headers.insert(header::CONTENT_TYPE, json);
@@ -40,7 +40,7 @@ pub(crate) fn add(headers: &mut HeaderMap, path: &str, success: bool) {
     let caching = match (success, has_content_hash(path)) {
         (false, _) => "no-store",
         (true, true) => "public, max-age=31536000, immutable",
-        // Kept, but asked about at each load: a rebuilt page is seen at once, an unchanged one
+        // Cached, but revalidated at each load: a rebuilt page is seen at once, an unchanged one
         // costs a 304.
         (true, false) => "no-cache",
     };
@@ -76,8 +76,8 @@ mod tests {
         assert_eq!(kind("/main-Q3KX7ABC.js", true), None);
     }
 
-    /// On a server that sends no headers, the page itself asks for the same; who may frame it,
-    /// only a header can say.
+    /// On a server that sends no headers, the page itself asks for the same policy, except for
+    /// framing, which only a header can restrict.
     #[test]
     fn the_page_asks_for_the_same_policy_where_no_header_does() {
         let page = include_str!("../../www/index.html");

@@ -1,10 +1,10 @@
-//! Bytes in hexadecimal, as scripts and files have them.
+//! Bytes in hexadecimal, as written in scripts and files.
 
 pub(crate) fn write(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Exactly so many bytes; none where anything else stands there.
+/// Reads exactly `N` bytes; none if the text is anything else.
 pub(crate) fn read<const N: usize>(text: &str) -> Option<[u8; N]> {
     let mut bytes = [0; N];
     if text.len() != 2 * N || !text.bytes().all(|b| b.is_ascii_hexdigit()) {

@@ -1,19 +1,19 @@
 //! Which names a browser may call this server by.
 //!
 //! A foreign page can point its own domain name at this machine's address (DNS rebinding) and would
-//! then count as the same origin. Its requests carry its own name in `Host`, so only names that no
-//! foreign server can own are served: IP literals, `localhost`, and `.local` names, which are
-//! resolved on the local network alone (RFC 6762). Names that the owner of the robot owns, of a
+//! then count as the same origin. Its requests carry that name in `Host`. So the bridge serves only
+//! names that no foreign server can own: IP literals, `localhost`, and `.local` names, which are
+//! resolved on the local network only (RFC 6762). Names that belong to the robot's owner, of a
 //! reverse proxy or in a VPN, are allowed one by one.
 
 use std::net::{Ipv4Addr, Ipv6Addr};
 
-/// What a browser leaves out of an origin of that scheme.
+/// The port that a browser leaves out of an `http` origin.
 const HTTP_PORT: &str = ":80";
 const HTTPS_PORT: &str = ":443";
 
-/// Whether `authority`, a `Host` header such as `127.0.0.1:8080`, `[::1]` or `robot.local`, is one
-/// of ours, or one that was `allowed` by name. The port is whatever it is.
+/// Whether `authority`, a `Host` header such as `127.0.0.1:8080`, `[::1]` or `robot.local`, names
+/// this bridge, or was `allowed` by name. Any port will do.
 ///
 /// # Example
 /// ```
@@ -41,12 +41,12 @@ pub fn is_ours(authority: &str, allowed: &[String]) -> bool {
         || allowed.contains(&name)
 }
 
-/// Whether a page of this `Origin` may connect to a server that was called by this `Host`: the page
-/// that the server itself sent, or one that was allowed by name. Without an origin it is no
-/// browser, and no page can have made it connect. A server that speaks TLS sent no page by `http`;
-/// one that does not may stand behind another that does. Letters count the same in both cases, and
-/// the scheme's own port the same as none: a browser leaves it out of `Origin`, and others write
-/// `Host` as it was typed.
+/// Whether a page of this `Origin` may connect to a server that was addressed by this `Host`: the
+/// page must come from the server itself, or be allowed by name. A request without an origin does
+/// not come from a browser, so no page can have made it. A server that speaks TLS never sent a page
+/// by `http`; one that does not may be behind a proxy that does. Upper and lower case count the
+/// same, and so do the scheme's default port and no port: a browser leaves that port out of
+/// `Origin`, but other clients write `Host` as it was typed.
 #[must_use]
 pub fn is_allowed_origin(
     origin: Option<&str>,
@@ -65,18 +65,18 @@ pub fn is_allowed_origin(
         || allowed.iter().any(|allowed| allowed == origin)
 }
 
-/// Whether two authorities name the same where the scheme has this port.
+/// Whether two authorities are the same, given the scheme's default port.
 fn is_same(one: &str, other: &str, port: &str) -> bool {
     let [one, other] = [one, other].map(|name| name.strip_suffix(port).unwrap_or(name));
     !one.is_empty() && one.eq_ignore_ascii_case(other)
 }
 
-/// Whether a browser can write this as an `Origin`; one that it cannot would never let anybody in.
+/// Checks that a browser can write this as an `Origin`; any other text would never match a request.
 ///
 /// # Errors    What is wrong with it.
 ///
-/// # Source    RFC 6454 §6.2: scheme and host in lower case, the port only where it is not that of
-/// the scheme, nothing behind it.
+/// # Source    RFC 6454 §6.2: scheme and host in lower case, the port only if it is not the
+/// scheme's default, nothing after it.
 pub fn check_origin(origin: &str) -> Result<(), &'static str> {
     match origin {
         "*" => return Err("every page of the world may not drive a robot"),
@@ -116,7 +116,7 @@ pub fn check_origin(origin: &str) -> Result<(), &'static str> {
     }
 }
 
-/// Whether this can be allowed as a host's name: no browser asks for anything else.
+/// Checks that this can be allowed as a host name: browsers ask for nothing else.
 ///
 /// # Errors    What is wrong with it.
 ///
@@ -156,7 +156,7 @@ pub fn check_host(host: &str) -> Result<(), &'static str> {
     }
 }
 
-/// The authority without `:port`; nothing if what follows the colon is not a port.
+/// The authority without `:port`; none if what follows the colon is not a port.
 fn without_port(authority: &str) -> Option<&str> {
     match authority.rsplit_once(':') {
         Some((_, rest)) if rest.ends_with(']') => Some(authority),
@@ -227,7 +227,8 @@ mod tests {
         check(Some("https://robot.local:8080"), host, true);
     }
 
-    /// A script that wrote the name in upper case got the page, and then no way to the robot.
+    /// Regression: a script that wrote the name in upper case got the page, but no connection to
+    /// the robot.
     #[test]
     fn letters_in_both_cases_and_the_schemes_own_port_name_the_same() {
         let check = |origin, host, expect| {
@@ -238,7 +239,7 @@ mod tests {
         check("http://robot.local", "robot.local:80", true);
         check("https://robot.local", "ROBOT.LOCAL:443", true);
         check("https://[fd00::7]", "[FD00::7]:443", true);
-        // The port of the other scheme is one like any other.
+        // The default port of the other scheme is an ordinary port.
         check("https://robot.local", "robot.local:80", false);
         check("http://robot.local", "robot.local:443", false);
         check("http://robot.local:8080", "robot.local:80", false);

@@ -1,5 +1,4 @@
-//! Answers requests: foreign hosts are refused, files are found, headers are added; the WebSocket
-//! begins here.
+//! Answers requests: refuses foreign hosts, finds files, adds headers, and starts WebSockets.
 
 use std::sync::Arc;
 
@@ -21,10 +20,11 @@ use crate::{connection, foxglove, headers, host, mapping, rosbridge};
 /// Path of the WebSocket.
 pub(crate) const SOCKET_PATH: &str = "/ws";
 
-/// Bytes of a map as JSON, with room for what goes with it; see [`crate::record::ros::MOST_CELLS`].
+/// Longest map as JSON, bytes, with room for the rest of its message; see
+/// [`crate::record::ros::MOST_CELLS`].
 const LONGEST_MAP: usize = 4 * crate::record::ros::MOST_CELLS;
 
-/// `trust` is what a device needs to trust the bridge.
+/// All routes. `trust` serves what a device needs to trust the bridge.
 pub(crate) fn router(shared: &Arc<Shared>, trust: Router) -> Router {
     let mut sockets = Router::new().route(SOCKET_PATH, get(socket));
     if shared.foxglove {
@@ -78,8 +78,8 @@ pub(crate) fn router(shared: &Arc<Shared>, trust: Router) -> Router {
         ))
 }
 
-/// Whoever typed `http` to a bridge that speaks TLS is sent to the right address; nothing else but
-/// how to trust it is said in the clear.
+/// Redirects `http` to `https` on a bridge that speaks TLS. The only other thing served unencrypted
+/// is how to trust the bridge.
 pub(crate) fn redirector(shared: &Shared, trust: Router) -> Router {
     let redirect = async |request: Request| {
         let host = request.headers().get(header::HOST);
@@ -94,8 +94,8 @@ pub(crate) fn redirector(shared: &Shared, trust: Router) -> Router {
     trust.fallback(redirect).layer(fence)
 }
 
-/// What is behind the bridge. Where watching needs the token, only that there is a bridge, and
-/// where to show the token: the page must know.
+/// What is behind the bridge. If watching needs the token, it says only that there is a bridge and
+/// where to show the token, which the page must know.
 async fn about(State(shared): State<Arc<Shared>>) -> Response {
     let about = &shared.about;
     if about.watching == Watching::Anyone || about.sources.is_empty() {
@@ -114,13 +114,13 @@ async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
     ([(header::CONTENT_TYPE, KIND)], shared.metrics.text()).into_response()
 }
 
-/// What stands behind `?` of the WebSocket's address.
+/// The query of the WebSocket's address.
 #[derive(serde::Deserialize)]
 struct Wishes {
     fmt: Option<String>,
 }
 
-/// A page of another origin must not use the robot through the browser of somebody who may
+/// A page of another origin must not use the robot through the browser of somebody who has access
 /// (cross-site WebSocket hijacking).
 async fn own_pages_only(
     State(shared): State<Arc<Shared>>,
@@ -146,7 +146,7 @@ async fn own_pages_only(
     next.run(request).await
 }
 
-/// Limits what one socket may take.
+/// Limits the message size and buffers of one socket.
 fn limited(upgrade: WebSocketUpgrade, limits: &Limits) -> WebSocketUpgrade {
     upgrade
         .max_message_size(limits.message)
@@ -156,7 +156,7 @@ fn limited(upgrade: WebSocketUpgrade, limits: &Limits) -> WebSocketUpgrade {
         .max_write_buffer_size(1024 * 1024)
 }
 
-/// The same for tools of others, which are sent maps cell by cell, where the bridge maps.
+/// The same for other tools, with room for the maps that a mapping bridge sends them cell by cell.
 fn with_maps(upgrade: WebSocketUpgrade, shared: &Shared) -> WebSocketUpgrade {
     let upgrade = limited(upgrade, &shared.limits);
     match shared.mapping {
@@ -165,7 +165,7 @@ fn with_maps(upgrade: WebSocketUpgrade, shared: &Shared) -> WebSocketUpgrade {
     }
 }
 
-/// Serves a WebSocket until it ends, or must make room before it was let in.
+/// Serves a WebSocket until it ends, or until it must make room before it was let in.
 async fn while_in_place(visitor: &Visitor, session: impl Future<Output = ()>) {
     tokio::select! {
         () = session => (),
@@ -173,7 +173,7 @@ async fn while_in_place(visitor: &Visitor, session: impl Future<Output = ()>) {
     }
 }
 
-/// Foxglove and its kin, watching.
+/// For Foxglove and similar tools, which can only watch.
 async fn foxglove_socket(
     State(shared): State<Arc<Shared>>,
     Extension(visitor): Extension<Visitor>,
@@ -197,7 +197,7 @@ async fn foxglove_socket(
     })
 }
 
-/// Scripts that know roslib.
+/// For scripts that use roslib.
 async fn rosbridge_socket(
     State(shared): State<Arc<Shared>>,
     Extension(visitor): Extension<Visitor>,
@@ -227,7 +227,7 @@ async fn socket(
     })
 }
 
-/// Refuses foreign hosts, gives errors a sentence, and adds the headers.
+/// Refuses foreign hosts, explains missing paths, and adds the headers.
 async fn fence(State(hosts): State<Arc<[String]>>, request: Request, next: Next) -> Response {
     let path = request.uri().path().to_owned();
     let mut response = if is_for_us(&request, &hosts) {
@@ -251,7 +251,8 @@ fn is_for_us(request: &Request, hosts: &[String]) -> bool {
     named.next().is_none() && header.is_some_and(is_ours) && target.is_none_or(is_ours)
 }
 
-/// What is not there is told in a sentence; who has one of its own knows better what is missing.
+/// Answers 404 with a sentence, unless the response already has one, which knows better what is
+/// missing.
 fn explain(response: Response, path: &str) -> Response {
     let has_sentence = response.headers().contains_key(header::CONTENT_TYPE);
     if response.status() != StatusCode::NOT_FOUND || has_sentence {
@@ -272,7 +273,8 @@ mod tests {
         String::from_utf8(body.unwrap().to_vec()).unwrap()
     }
 
-    /// Who stopped a robot that is not there was told of a page.
+    /// Regression: the sentence about the page replaced the answer to a stop for a robot that is
+    /// not there.
     #[tokio::test]
     async fn an_own_sentence_of_what_is_missing_is_not_replaced() {
         const OWN: &str = "No robot at the router is called none.\n";

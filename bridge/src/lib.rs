@@ -1,6 +1,5 @@
-//! The bridge: serves the page to a browser on this machine or on the same network, relays robot
-//! and sensors to it, and keeps the robot safe when anything between the person and the motors
-//! fails.
+//! The bridge: serves the page to a browser on this machine or the same network, relays robot and
+//! sensors to it, and keeps the robot safe when anything between the person and the motors fails.
 //!
 //! In comes a listening socket, a [`Config`] and a future that ends when the program should stop;
 //! out go HTTP answers and WebSocket messages ([`slamlab_core::wire::message`]), and orders to the
@@ -12,25 +11,26 @@
 //!                       safety, recorder
 //! ```
 //!
-//! 1. [`bind`] opens the socket, and says in a sentence what to do when the port is taken.
+//! 1. [`bind`] opens the socket; if the port is taken, its error says what to do.
 //! 2. [`run`] starts the sources ([`source`]), each on a thread, and the hub, one task that owns
 //!    all state.
 //! 3. `accept` limits connections; `http` refuses requests whose `Host` is a foreign name
-//!    ([`host`]), finds files, adds the headers that fence the page in ([`headers`]); `connection`
-//!    talks to one client, behind its right ([`rights`]). `foxglove` and `rosbridge` speak the
-//!    protocols of other tools, where that is asked for.
-//! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
-//! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
+//!    ([`host`]), finds files, and adds the headers that restrict the page ([`headers`]);
+//!    `connection` serves one client within its right ([`rights`]). `foxglove` and `rosbridge`
+//!    speak the protocols of other tools, if enabled.
+//! 4. [`safety`] holds the rules, separate from all this: whether the robot may move, and who may
+//!    move it.
+//! 5. [`serial`] holds the sources on serial ports; [`doctor`] says what is wrong with them.
 //! 6. [`settings`] reads `bridge.toml`; [`tls`] holds the certificate; [`announce`] tells the
 //!    network that the bridge is here.
-//! 7. `audit` writes down who drove, who stopped and who was refused.
-//! 8. `mapping` runs the core's session on what the hub has, where that is asked for.
-//! 9. `storage` keeps finished recordings in object storage, too, where that is asked for.
-//! 10. [`zenoh`] reaches the robot through a router, where that is built in and asked for.
-//! 11. [`record`] writes down what was said, so that nothing acknowledged is lost.
+//! 7. `audit` records who drove, who stopped the robot and who was refused.
+//! 8. `mapping` runs the core's session on the hub's readings, if enabled.
+//! 9. `storage` copies finished recordings to object storage, if enabled.
+//! 10. [`zenoh`] makes the robot reachable through a router, if built in and enabled.
+//! 11. [`record`] records all messages, so that nothing acknowledged is lost.
 //!
 //! The page is inside the program (`cargo xtask package`), or in a folder that is read at each
-//! request, so that a rebuilt page needs a reload and not a restart ([`Page`]).
+//! request: a rebuilt page then needs a reload, not a restart ([`Page`]).
 
 mod accept;
 mod access_log;

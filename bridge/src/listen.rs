@@ -1,14 +1,14 @@
-//! Opens the listening socket, and turns the system's refusals into sentences that say what to do.
+//! Opens the listening socket, and turns the system's errors into sentences that say what to do.
 
 use std::io;
 use std::net::SocketAddr;
 
 use tokio::net::{TcpListener, TcpSocket};
 
-/// What lies in the system's buffer of a slow client is old by the time it arrives; the bridge
-/// keeps the newest itself. Accepted sockets take it over, bytes.
+/// Send buffer of the socket, bytes, inherited by accepted sockets. It is small because data in a
+/// slow client's buffer is old by the time it arrives; the bridge keeps the newest itself.
 const SEND_BUFFER: u32 = 32 * 1024;
-/// Connections that the system keeps until the bridge takes them.
+/// Connections that the system holds until the bridge accepts them.
 const WAITING: u32 = 1024;
 
 /// Why the bridge cannot listen.
@@ -52,7 +52,7 @@ pub enum BindError {
     },
 }
 
-/// Opens `address` for listening; port 0 takes any free port, which the listener then names.
+/// Opens `address` for listening; port 0 takes any free port, which the listener then reports.
 ///
 /// # Errors
 /// [`BindError`] says which address, why not, and what to do.
@@ -71,8 +71,8 @@ fn open(address: SocketAddr) -> io::Result<TcpListener> {
         SocketAddr::V4(_) => TcpSocket::new_v4()?,
         SocketAddr::V6(_) => TcpSocket::new_v6()?,
     };
-    // As the standard library does: a restarted bridge gets its port back at once. On Windows it
-    // would mean something else.
+    // As in the standard library: a restarted bridge gets its port back at once. On Windows this
+    // option means something else.
     #[cfg(unix)]
     socket.set_reuseaddr(true)?;
     socket.set_send_buffer_size(SEND_BUFFER)?;

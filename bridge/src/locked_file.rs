@@ -1,13 +1,14 @@
-//! Files that say that something is one bridge's alone: a map's file, a folder of recordings.
+//! Lock files: they reserve something for one bridge, such as a map's file or a folder of
+//! recordings.
 //!
-//! What is taken is replaced, or comes and goes; so a file beside it or in it is locked, which
-//! stays. The system frees it when the program ends, however that is.
+//! The reserved files are themselves replaced or deleted, so the lock is on a separate file, beside
+//! or inside them, that stays. The system releases it when the program ends, however it ends.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::Path;
 
-/// Takes it, until what is returned is closed; none where another has it.
+/// Takes the lock, until the returned file is closed; none if another program has it.
 ///
 /// # Errors    What the system said.
 pub(crate) fn lock(path: &Path) -> io::Result<Option<File>> {

@@ -1,8 +1,8 @@
 //! The log: lines on stderr.
 //!
-//! A thread of its own writes them. A full disk, a pipe that nobody reads and a terminal that was
-//! stopped by Ctrl+S keep that thread waiting, and never the hub, which has the robot: what finds
-//! no room in the queue is left out, and counted.
+//! A separate thread writes them. A full disk, a pipe that nobody reads or a terminal stopped by
+//! Ctrl+S blocks only that thread, never the hub, which controls the robot: lines that find no room
+//! in the queue are dropped and counted.
 
 use std::io::{IsTerminal, stderr};
 
@@ -14,7 +14,7 @@ use tracing_subscriber::util::SubscriberInitExt;
 /// Lines that may wait to be written.
 const QUEUE: usize = 1000;
 
-/// Dropped, it writes what still waits, for a second at most.
+/// When dropped, it writes what still waits, for a second at most.
 #[must_use]
 pub(crate) struct Log {
     lost: ErrorCounter,
@@ -30,14 +30,14 @@ pub(crate) fn begin() -> Log {
     let lost = lines.error_counter();
     let log = tracing_subscriber::fmt()
         .with_writer(lines)
-        // A log that goes into a file or a journal has no colours.
+        // No colours in a file or a journal.
         .with_ansi(stderr().is_terminal())
         .with_target(false)
-        // It would tell them on stderr, and panic where that cannot be written.
+        // They would be printed on stderr, with a panic if that fails.
         .log_internal_errors(false)
         .finish();
-    // What Zenoh has to say of itself, and the store's client of each try, the bridge says in its
-    // own words.
+    // The bridge itself reports Zenoh's state and the store's retries, so their own log lines are
+    // left out.
     let log = log.with(
         Targets::new()
             .with_default(LevelFilter::INFO)

@@ -31,16 +31,16 @@ use slamlab_core::wire::message::Watching;
 async fn main() -> ExitCode {
     match obey(Flags::parse()).await {
         Ok(()) => ExitCode::SUCCESS,
-        // One sentence, also where RUST_BACKTRACE is set.
+        // One sentence, even if RUST_BACKTRACE is set.
         Err(error) => {
-            // Where even that cannot be written, the exit code tells.
+            // If even that cannot be written, the exit code tells.
             let _ = writeln!(std::io::stderr(), "slamlab-bridge: {}", sentence(&error));
             ExitCode::FAILURE
         }
     }
 }
 
-/// The error and its causes; a cause that was said already is not said again.
+/// The error and its causes, without repeating a cause that is already in the text.
 fn sentence(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |said, cause| {
         let cause = cause.to_string();
@@ -154,7 +154,7 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         zenoh,
         ..Config::default()
     };
-    // Only now is anybody there who could answer at the address.
+    // Print the address only now: before this, nobody answered there.
     let bridge = slamlab_bridge::start(listener, config)?;
     say(&lines);
     if let (Some(true), Some(whole), Some(url)) = (settings.open, whole, urls.first()) {
@@ -174,7 +174,7 @@ fn sources_of(settings: &Settings) -> anyhow::Result<Vec<Box<dyn Source>>> {
         .collect::<Result<_, _>>()?)
 }
 
-/// The first line is for programs too; the others are for a person.
+/// The first line is for programs as well as people; the others are for people.
 fn lines_for(urls: &[String], tls: Option<&Identity>, has_token: bool) -> Vec<String> {
     let mut lines = vec![];
     for (at, url) in urls.iter().enumerate() {
@@ -206,7 +206,8 @@ fn lines_for(urls: &[String], tls: Option<&Identity>, has_token: bool) -> Vec<St
 
 fn say(lines: &[String]) {
     let mut out = std::io::stdout().lock();
-    // Whoever started the bridge may read the first line and go: the robot is served all the same.
+    // Whoever started the bridge may close the pipe after the first line: the bridge goes on
+    // serving.
     let _ = out
         .write_all(lines.concat().as_bytes())
         .and_then(|()| out.flush());
@@ -240,8 +241,7 @@ fn show_config(flags: ServeFlags) -> anyhow::Result<()> {
     )
 }
 
-/// Records without serving anything to anybody: the listener takes a port of this machine that
-/// nobody knows.
+/// Records without serving anybody: the listener takes any free port, on this machine only.
 async fn record(flags: RecordFlags) -> anyhow::Result<()> {
     let sources = open_all(&flags.source)?;
     let listener = slamlab_bridge::bind(SocketAddr::from(([127, 0, 0, 1], 0))).await?;
@@ -253,13 +253,13 @@ async fn record(flags: RecordFlags) -> anyhow::Result<()> {
         record: Some(flags.file),
         ..Config::default()
     };
-    // Only now is it so.
+    // Say so only once it is recording.
     let recording = slamlab_bridge::start(listener, config)?;
     say(&[said]);
     Ok(recording.until(stop).await?)
 }
 
-/// Maps a recording, and writes it with the map.
+/// Maps a recording, and writes a copy with the map.
 fn export(file: &Path, to: &Path, method: Method) -> anyhow::Result<()> {
     let done = record::export(file, to, method)?;
     for note in &done.notes {
@@ -273,7 +273,7 @@ fn export(file: &Path, to: &Path, method: Method) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Looks at ports side by side, and prints what it finds in their order.
+/// Examines ports in parallel, and prints the findings in the order of the ports.
 async fn look_at(mut ports: Vec<String>) -> anyhow::Result<()> {
     if ports.is_empty() {
         ports = doctor::ports().context("cannot list the serial ports")?;
@@ -301,7 +301,7 @@ async fn look_at(mut ports: Vec<String>) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Serves a lidar by UDP until the program should stop.
+/// Serves a lidar by UDP until the program must stop.
 async fn serve_udp(paths: Vec<String>, listen: SocketAddr, client_port: u16) -> anyhow::Result<()> {
     let socket =
         UdpSocket::bind(listen).with_context(|| format!("cannot listen on UDP {listen}"))?;
@@ -319,8 +319,8 @@ fn open_all(names: &[SourceName]) -> anyhow::Result<Vec<Box<dyn Source>>> {
     names.iter().map(|name| Ok(name.open(None)?)).collect()
 }
 
-/// Ends at Ctrl+C, and on Unix at SIGTERM. From this call on, not from the first wait: whoever
-/// reads the address may stop the bridge at once.
+/// Ends at Ctrl+C, and on Unix at SIGTERM. Signals count from this call on, not from the first
+/// poll, because the bridge may be stopped as soon as its address is printed.
 #[cfg(unix)]
 fn stop_signal() -> impl Future<Output = ()> + Send + 'static {
     use tokio::signal::unix::{SignalKind, signal};

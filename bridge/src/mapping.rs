@@ -6,15 +6,15 @@
 //! ```
 //!
 //! 1. The mapper is a client of the hub like a page, and maps by the same code
-//!    ([`slamlab_core::live::Live`]). What waits for it is bounded, the newest first: while it is
-//!    busy with a scan others take that one's place, and nobody waits for it.
-//! 2. What it finds stands in one place ([`Shown`]) from which the hub tells all clients, and HTTP
+//!    ([`slamlab_core::live::Live`]). Its outbox is bounded and keeps the newest: while the mapper
+//!    works on a scan, newer scans replace waiting ones, and nobody waits for the mapper.
+//! 2. Its results are in one place ([`Shown`]), from which the hub informs all clients and HTTP
 //!    serves files.
-//! 3. The keeper packs and writes the map, so that no disk keeps the mapper waiting (`keeper`).
-//! 4. Where the robot may be in the map stands in a file beside it (`fence_file`); the hub's rules
-//!    hold it to that, by the poses that the mapper finds.
-//! 5. Where there is a file at the start, the run goes on in it: where the robot was left, or, if
-//!    it does not see that there, wherever it finds itself.
+//! 3. The keeper packs and writes the map, so that the mapper never waits for a disk (`keeper`).
+//! 4. The geofence, where the robot may be in the map, is kept in a file beside the map
+//!    (`fence_file`); the hub's rules enforce it by the poses that the mapper estimates.
+//! 5. If there is a map file at the start, the run goes on in it: from where the robot was left or,
+//!    if the scans do not fit there, from wherever it localises itself.
 
 mod fence_file;
 mod file;
@@ -52,34 +52,34 @@ pub(crate) use mapper::ToHub;
 pub(crate) use serve::routes;
 pub(crate) use shown::Shown;
 
-/// What others ask of the mapper and wait for it, at most.
+/// Most requests that may wait for the mapper.
 const MOST_ASKED: usize = 4;
 /// Seed of the planner's random numbers.
 const SEED: u64 = 1;
-/// How the mapper is called among the clients.
+/// The mapper's name among the clients.
 pub(crate) const NAME: &str = "bridge";
 
 /// How the bridge maps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapConfig {
-    /// Where the map is kept (`.slamlab`); without it, it is gone with the program.
+    /// Where the map is kept (`.slamlab`); without a file, the map is lost when the program ends.
     pub file: Option<PathBuf>,
-    /// How the pose is estimated. Default scan matching, the only one whose map can be kept.
+    /// How the pose is estimated. Default scan matching, the only method whose map can be kept.
     pub method: Method,
     /// Settings that differ from the defaults of the robot, by their keys.
     pub settings: Vec<(String, f64)>,
-    /// Between two times that the map is written, while it changes. Default 30 s.
+    /// Interval at which the map is written while it changes. Default 30 s.
     pub save_every: Duration,
-    /// Whether the robot may go home by itself. Default no: it holds, whatever is lost.
+    /// Whether the robot may go home by itself. Default no: it holds, whatever fails.
     pub home: Option<HomeConfig>,
 }
 
 /// When the robot goes home by itself, and by which right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HomeConfig {
-    /// Name of a driver's right that was given for this; taken away, the robot holds.
+    /// Name of a driver's right that was made for this; if it is taken away, the robot holds.
     pub right: Name,
-    /// When, and how sure it must be.
+    /// When it goes home, and how sure of its pose it must be.
     pub when: HomingConfig,
 }
 
@@ -99,7 +99,7 @@ impl Default for MapConfig {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapError {
-    /// A method whose map cannot be kept.
+    /// The map of this method cannot be kept.
     #[error(
         "map file {}: only scan-matching goes on in a saved map, not {}; leave the file out, or the method", path.display(),
         method.name()
@@ -110,7 +110,7 @@ pub enum MapError {
         /// The method.
         method: Method,
     },
-    /// A method that draws no map.
+    /// The method draws no map.
     #[error("map method {}: it finds a robot in a map that is given, and the bridge is to draw one", method.name())]
     NeedsMap {
         /// The method.
@@ -125,7 +125,7 @@ pub enum MapError {
     /// The settings do not go together.
     #[error("map: {0}")]
     Live(#[from] LiveError),
-    /// The system said no.
+    /// The system reported an error.
     #[error("map file {}: {source}", path.display())]
     Io {
         /// The file.
@@ -133,7 +133,7 @@ pub enum MapError {
         /// What it said.
         source: io::Error,
     },
-    /// It holds no map, or a damaged one; it stays as it is.
+    /// The file holds no map, or a damaged one; it is left as it is.
     #[error("map file {}: {source}; it is left as it is", path.display())]
     File {
         /// The file.
@@ -141,15 +141,15 @@ pub enum MapError {
         /// What is wrong with it, and where.
         source: SlamlabError,
     },
-    /// It holds another kind of thing.
+    /// The file is of another kind.
     #[error("map file {}: {found}; a .slamlab file was expected, and this one is left as it is", path.display())]
     Foreign {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// What kind it is.
         found: String,
     },
-    /// Its map cannot be gone on in.
+    /// A run cannot go on in its map.
     #[error("map file {}: {source}; it is left as it is", path.display())]
     Restore {
         /// The file.
@@ -157,7 +157,7 @@ pub enum MapError {
         /// Why not.
         source: SlamError,
     },
-    /// Nobody gave the right by which the robot would go home.
+    /// The right by which the robot would go home does not exist, or may not drive.
     #[error(
         "failsafe right {right}: there is no right of that name that is good for driving; `slamlab-bridge token list` shows those that there are, `token add NAME --role driver` makes one"
     )]
@@ -165,7 +165,8 @@ pub enum MapError {
         /// Its name.
         right: Name,
     },
-    /// Its geofence cannot be read, and the robot is not let go everywhere for that.
+    /// The map's geofence cannot be read; without it the robot could go everywhere, so mapping does
+    /// not start.
     #[error("geofence {}: {why}; mend it, or move it away to let the robot go everywhere", path.display())]
     Fence {
         /// The file.
@@ -173,19 +174,19 @@ pub enum MapError {
         /// What is wrong with it, and where.
         why: String,
     },
-    /// Two maps would take each other's place.
+    /// Another bridge keeps its map there; the two would overwrite each other.
     #[error("map file {}: another bridge keeps its map there; end that one, or name another file", path.display())]
     Taken {
         /// The file.
         path: PathBuf,
     },
-    /// It has a geofence, and not the map that that is drawn in.
+    /// There is a geofence, but not the map in which it is drawn.
     #[error("map file {}: there is none, and a geofence beside it; put the map there, or move the geofence away: in another map it means nothing", path.display())]
     FenceAlone {
         /// The file.
         path: PathBuf,
     },
-    /// No thread could be had.
+    /// The system gave no thread.
     #[error("mapping got no thread: {0}")]
     Thread(io::Error),
 }
@@ -193,7 +194,7 @@ pub enum MapError {
 /// What others ask of the mapper.
 #[derive(Debug)]
 enum Asked {
-    /// Begin anew; a file is moved aside.
+    /// Begin anew; the map's file, if any, is moved aside.
     Reset,
     /// Keep this geofence beside the map.
     Fence(Vec<ZoneBody>),
@@ -201,7 +202,7 @@ enum Asked {
     Pack(oneshot::Sender<Result<Vec<u8>, String>>),
 }
 
-/// Mapping that is ready to begin: everything that can be wrong with it was looked at.
+/// Mapping that is ready to begin: everything that can be wrong with it has been checked.
 #[derive(Debug)]
 pub(crate) struct Ready {
     live: Live,
@@ -214,22 +215,22 @@ pub(crate) struct Ready {
     lock: Option<File>,
 }
 
-/// A bridge's mapping under way.
+/// A bridge's running mapping.
 #[derive(Debug)]
 pub(crate) struct Mapping {
     shown: watch::Receiver<Shown>,
     asked: SyncSender<Asked>,
     thread: Mutex<Option<JoinHandle<()>>>,
-    /// Maps whose description was handed out: their images are asked for next.
+    /// Maps whose description was served: their images are requested next.
     described: Mutex<VecDeque<(u64, Arc<OccupancyMap>)>>,
     packed: serve::Packed,
     /// While it is open, no other bridge keeps a map in the same file.
     _lock: Option<File>,
 }
 
-/// Looks at settings and file.
+/// Checks settings and file.
 ///
-/// # Errors    [`MapError`]; nothing was begun or written then.
+/// # Errors    [`MapError`]; then nothing was begun or written.
 pub(crate) fn ready(config: &MapConfig, robot: Option<&RobotFigures>) -> Result<Ready, MapError> {
     let method = config.method;
     if method.needs_prior_map() {
@@ -282,7 +283,7 @@ pub(crate) fn ready(config: &MapConfig, robot: Option<&RobotFigures>) -> Result<
     })
 }
 
-/// A setting that has no effect is a slip, as it is on every command line.
+/// A setting that has no effect is an error, as on every command line.
 fn check_settings(config: &MapConfig, robot: Option<&RobotFigures>) -> Result<(), MapError> {
     let model = robot.and_then(RobotFigures::model);
     let model = model.unwrap_or_else(RobotModel::pioneer);
@@ -307,8 +308,8 @@ impl Ready {
         Ok(())
     }
 
-    /// # Errors    [`MapError::NoRight`]: nobody may drive by the right by which the robot goes
-    /// home.
+    /// # Errors    [`MapError::NoRight`]: the right by which the robot goes home does not exist, or
+    /// may not drive.
     pub(crate) fn check_rights(&self, rights: &Rights) -> Result<(), MapError> {
         let right = self.home.as_ref().map(|home| &home.right);
         let may_drive = |right| rights.role_of(right).is_some_and(Role::may_drive);
@@ -350,22 +351,22 @@ impl Ready {
 }
 
 impl Mapping {
-    /// What was found; it changes with each scan.
+    /// The results; they change with each scan.
     pub(crate) fn shown(&self) -> watch::Receiver<Shown> {
         self.shown.clone()
     }
 
-    /// Has the map begin anew; whether the mapper will.
+    /// Asks for a new map; returns whether the mapper took the request.
     pub(crate) fn reset(&self) -> bool {
         self.asked.try_send(Asked::Reset).is_ok()
     }
 
-    /// Keeps a geofence beside the map; whether the mapper will see to it.
+    /// Asks for a geofence to be kept beside the map; returns whether the mapper took the request.
     pub(crate) fn keep_fence(&self, zones: Vec<ZoneBody>) -> bool {
         self.asked.try_send(Asked::Fence(zones)).is_ok()
     }
 
-    /// Whether the mapper has ended by itself, which it never should.
+    /// Whether the mapper has ended by itself, which should never happen.
     pub(crate) fn is_broken(&self) -> bool {
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
         thread.as_ref().is_some_and(JoinHandle::is_finished)

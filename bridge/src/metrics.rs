@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A number that any task may change.
+/// A metric that any task may change.
 #[derive(Debug, Default)]
 pub(crate) struct Metric(AtomicU64);
 
@@ -17,10 +17,10 @@ impl Metric {
     }
 }
 
-/// A row for each: field, name for Prometheus, its kind of metric, help.
+/// One row per metric: field, name for Prometheus, kind, help.
 macro_rules! metrics {
     ($($field:ident, $name:literal, $kind:ident, $help:literal;)+) => {
-        /// What is counted since the start.
+        /// The metrics since the start.
         #[derive(Debug, Default)]
         pub(crate) struct Metrics {
             $(#[doc = $help] pub(crate) $field: Metric,)+
@@ -52,7 +52,7 @@ metrics! {
 }
 
 impl Metrics {
-    /// All counters in Prometheus' text format.
+    /// All metrics in Prometheus' text format.
     ///
     /// Source: Prometheus, "Exposition formats", text format 0.0.4.
     #[must_use]

@@ -1,7 +1,8 @@
-//! Tells systemd how the bridge does, where it was started by it (`Type=notify`, `WatchdogSec=`);
-//! else nothing happens.
+//! Reports the bridge's state to systemd, if systemd started it (`Type=notify`, `WatchdogSec=`);
+//! otherwise nothing happens.
 //!
-//! The sign of life comes from the hub, which has the robot: a bridge whose hub hangs is restarted.
+//! The watchdog signal comes from the hub, which controls the robot: a bridge whose hub hangs is
+//! restarted.
 
 /// The bridge serves.
 pub(crate) fn ready() {

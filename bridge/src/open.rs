@@ -1,8 +1,8 @@
-//! Shows an address in the person's default browser, by the system's own command.
+//! Opens an address in the default browser, by the system's own command.
 
 use std::process::{Command, Stdio};
 
-/// Asks the system to show `url`; if it cannot, a warning names `plain`, which holds no token, and
+/// Asks the system to open `url`; if it cannot, a warning names `plain`, which holds no token, and
 /// the bridge goes on.
 pub(crate) fn in_browser(url: &str, plain: &str) {
     let mut command = if cfg!(target_os = "macos") {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::embedded;
 
-/// The folder that a program without a page serves, seen from the root of the repository.
+/// The folder that a program without a page serves, relative to the repository's root.
 const WORKSHOP: &str = "www/dist";
 
 /// There is no page.
@@ -22,14 +22,14 @@ pub struct PageError {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Page {
-    /// It is read from a folder at each request: a rebuilt page needs a reload and not a restart.
+    /// Read from a folder at each request: a rebuilt page needs a reload, not a restart.
     Folder(PathBuf),
-    /// It was put into the program when that was built (`cargo xtask package`).
+    /// Built into the program (`cargo xtask package`).
     Embedded,
 }
 
 impl Page {
-    /// The folder that somebody named; else the page inside the program; else `www/dist`.
+    /// The given folder; else the page inside the program; else `www/dist`.
     #[must_use]
     pub fn choose(folder: Option<PathBuf>) -> Self {
         match folder {
@@ -39,10 +39,9 @@ impl Page {
         }
     }
 
-    /// Whether there is a page.
+    /// Checks that there is a page.
     ///
-    /// # Errors
-    /// [`PageError`] where there is no `index.html`.
+    /// # Errors    [`PageError`] if there is no `index.html`.
     pub fn check(&self) -> Result<(), PageError> {
         match self {
             Self::Embedded if embedded::is_there() => Ok(()),

@@ -1,14 +1,15 @@
-//! The places for sockets, and who has them.
+//! Limits the number of open sockets: each needs a place.
 //!
-//! In: where a connection comes from, and how far it has come. Out: a [`Place`], or none.
+//! In: a connection's address, and how far it has got. Out: a [`Place`], or none.
 //!
-//! 1. A connection stands at the door until it is let in: as a watcher, or as one who has shown the
-//!    token. Nobody knows before whether it is the owner's.
-//! 2. There are so many places for each address and in all. Where none is left, the connection that
-//!    has stood at the door longest goes, of the address that has most of them there: so whoever
-//!    opens many only pushes out its own, and the owner gets to say who it is.
-//! 3. Watchers have a part of the places, of each address and of all; the others are kept for who
-//!    shows the token. Who was let in is never pushed out.
+//! 1. A connection stands at the door until it is let in, as a watcher or as a client that has
+//!    shown a driver's token. Until then nobody knows whether it is the owner's.
+//! 2. Places are limited for each address and in total. If none is left, the connection that has
+//!    stood at the door longest must go: of the same address if that is full, else of the address
+//!    with most connections there. So whoever opens many pushes out only its own, and the owner can
+//!    still identify itself.
+//! 3. Watchers may take only a part of the places, both per address and in total; the others are
+//!    kept for clients that show a driver's token. A client that was let in is never pushed out.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -28,7 +29,7 @@ pub(crate) struct Places {
 #[derive(Debug, Default)]
 struct Taken {
     last: u64,
-    /// By number: a lower one has come earlier.
+    /// By number: a lower number came earlier.
     guests: BTreeMap<u64, Guest>,
 }
 
@@ -36,11 +37,11 @@ struct Taken {
 struct Guest {
     address: IpAddr,
     standing: Standing,
-    /// Tells it to go.
+    /// Tells the connection to go.
     go: Arc<Notify>,
 }
 
-/// How far a connection has come.
+/// How far a connection has got.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Standing {
     Door,
@@ -48,7 +49,7 @@ enum Standing {
     Trusted,
 }
 
-/// A place; it is free again when this is dropped.
+/// A place; dropping it frees it.
 #[derive(Debug)]
 pub(crate) struct Place {
     places: Arc<Places>,
@@ -62,7 +63,7 @@ impl Places {
         Arc::new(Self { limits, taken })
     }
 
-    /// A place at the door; none where everybody who has one was let in.
+    /// A place at the door; none if everybody who holds a place has been let in.
     pub(crate) fn enter(self: &Arc<Self>, from: IpAddr) -> Option<Place> {
         let address = network(from);
         let mut taken = self.lock();
@@ -87,7 +88,7 @@ impl Places {
         })
     }
 
-    /// How many are taken.
+    /// Number of places taken.
     pub(crate) fn taken(&self) -> usize {
         self.lock().guests.len()
     }
@@ -102,8 +103,8 @@ impl Taken {
         self.guests.values().filter(|guest| which(guest)).count()
     }
 
-    /// Sends away who has stood at the door longest: of this address, or of the one that has most
-    /// there. None where nobody stands there.
+    /// Pushes out the connection that has stood at the door longest: of this address, or of the
+    /// address that has most there. None if nobody stands there.
     fn push_out(&mut self, address: Option<IpAddr>) -> Option<()> {
         let at_door = |guest: &&Guest| guest.standing == Standing::Door;
         let mut crowds: BTreeMap<IpAddr, usize> = BTreeMap::new();
@@ -115,21 +116,21 @@ impl Taken {
         let number = (self.guests.iter())
             .find(|(_, guest)| guest.address == address && at_door(guest))
             .map(|(number, _)| *number)?;
-        // Whether it waits at this moment or only later, it will learn of it.
+        // `notify_one` is remembered, so the connection learns of it even if it waits only later.
         self.guests.remove(&number)?.go.notify_one();
         Some(())
     }
 }
 
 impl Place {
-    /// Lets it in as a watcher; false where there are as many as may be.
+    /// Lets it in as a watcher; false if there are too many.
     pub(crate) fn watch(&self) -> bool {
         let limits = &self.places.limits;
         let mut taken = self.places.lock();
         let Some(guest) = taken.guests.get(&self.number) else {
             return false;
         };
-        // Who shows a right later has its place already.
+        // A client that shows a right later already has its place.
         if guest.standing == Standing::Watcher {
             return true;
         }
@@ -141,13 +142,14 @@ impl Place {
         is_room && taken.let_in(self.number, Standing::Watcher)
     }
 
-    /// Lets it in as one who has shown the token; false where it was pushed out a moment ago.
+    /// Lets it in as a client that has shown a driver's token; false if it was pushed out a moment
+    /// ago.
     pub(crate) fn trust(&self) -> bool {
         let mut taken = self.places.lock();
         taken.let_in(self.number, Standing::Trusted)
     }
 
-    /// Ends when it must go.
+    /// Ends when the connection must go.
     pub(crate) async fn pushed_out(&self) {
         self.go.notified().await;
     }
@@ -166,8 +168,8 @@ impl Drop for Place {
     }
 }
 
-/// One household has 2^64 addresses of IPv6: the first half counts. An IPv4 address that is written
-/// as IPv6 counts as what it is.
+/// The part of an address that counts. One household has 2^64 IPv6 addresses, so of IPv6 it is the
+/// first 64 bits. An IPv4 address written as IPv6 counts as IPv4.
 pub(crate) fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(ip) => IpAddr::from((ip.to_bits() >> 64 << 64).to_be_bytes()),

@@ -1,8 +1,8 @@
-//! How often something may happen: a token bucket.
+//! Rate limit: a token bucket.
 
 use std::time::Duration;
 
-/// Fills by `rate` a second, and holds `most`.
+/// Fills at `rate` per second, and holds at most `most`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bucket {
     rate: f64,
@@ -12,13 +12,13 @@ pub(crate) struct Bucket {
 }
 
 impl Bucket {
-    /// So often a second, and twice as often at once.
+    /// `rate` times per second on average, and twice as often in a burst.
     pub(crate) fn new(rate: u32, now: Duration) -> Self {
         let rate = f64::from(rate);
         Self::full(rate, 2.0 * rate, now)
     }
 
-    /// So often a minute, and as often at once.
+    /// `rate` times per minute on average, and as often in a burst.
     #[cfg(feature = "storage")]
     pub(crate) fn a_minute(rate: u32, now: Duration) -> Self {
         let rate = f64::from(rate);
@@ -34,13 +34,13 @@ impl Bucket {
         }
     }
 
-    /// Whether nothing of it is taken.
+    /// Whether the bucket is full.
     #[cfg(feature = "storage")]
     pub(crate) fn is_full(&self, now: Duration) -> bool {
         self.at(now) >= self.most
     }
 
-    /// Whether it may happen once more.
+    /// Takes one token; false if there is none.
     pub(crate) fn take(&mut self, now: Duration) -> bool {
         self.level = self.at(now);
         self.filled = now;
@@ -70,7 +70,7 @@ mod tests {
             .filter(|i| bucket.take(Duration::from_millis(10 * i)))
             .count();
         assert!((99..=101).contains(&steady), "{steady} in 10 s");
-        // A long pause fills it no further.
+        // A long pause does not fill it beyond its limit.
         let later = Duration::from_secs(1000);
         assert_eq!((0..100).filter(|_| bucket.take(later)).count(), 20);
     }

@@ -1,5 +1,5 @@
-//! Files that are replaced as a whole: at no time half of one has the name, and what was said to be
-//! written survives a power cut.
+//! Files that are replaced as a whole: the name never refers to half a file, and a successful write
+//! survives a power cut.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};
@@ -8,15 +8,15 @@ use std::path::{Path, PathBuf};
 /// Who may read a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Readers {
-    /// As the system's settings have it.
+    /// Permissions by the system's defaults.
     Anyone,
-    /// Its owner and nobody else.
+    /// Only its owner.
     Owner,
 }
 
 /// Writes a new file beside `path`, then gives it that name.
 ///
-/// # Errors    What the system said; then the file before stands there.
+/// # Errors    What the system said; then the previous file is still there.
 pub(crate) fn replace(path: &Path, bytes: &[u8], readers: Readers) -> io::Result<()> {
     let new = beside(path);
     let written = create(path, readers).and_then(|mut file| {
@@ -25,13 +25,14 @@ pub(crate) fn replace(path: &Path, bytes: &[u8], readers: Readers) -> io::Result
         fs::rename(&new, path)
     });
     if written.is_err() {
-        // What remains of it may be removed or not; the error counts.
+        // Clean up if possible; only the first error counts.
         let _ = fs::remove_file(&new);
     }
     written.and_then(|()| sync_folder(path))
 }
 
-/// Whether [`replace`] could write: said at the start, and not after an hour of work.
+/// Checks that [`replace`] could write, so that an error shows at the start and not after an hour
+/// of work.
 ///
 /// # Errors    What the system said.
 pub(crate) fn check(path: &Path) -> io::Result<()> {
@@ -40,8 +41,8 @@ pub(crate) fn check(path: &Path) -> io::Result<()> {
 
 fn create(path: &Path, readers: Readers) -> io::Result<File> {
     let new = beside(path);
-    // One that was left by a program of the same number, which ended while it wrote. Its readers
-    // would be those of then.
+    // Remove a file left by a program with the same process number that ended while it wrote: its
+    // permissions may be different.
     match fs::remove_file(&new) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
         _ => (),
@@ -64,20 +65,21 @@ fn beside(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.new-{}", std::process::id()))
 }
 
-/// A new name survives a power cut only once its folder is on the disk.
+/// Forces the folder to the disk: only then does a new name survive a power cut.
 #[cfg(unix)]
 pub(crate) fn sync_folder(path: &Path) -> io::Result<()> {
     let folder = folder_of(path).unwrap_or(Path::new("."));
     File::open(folder)?.sync_all()
 }
 
-/// Elsewhere folders cannot be opened as files.
+/// On other systems folders cannot be opened as files.
 #[cfg(not(unix))]
 pub(crate) fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// What root writes into the folder of a service is the service's: it could not read it otherwise.
+/// Gives a file that root writes into a service's folder to the service, which could not read it
+/// otherwise.
 #[cfg(unix)]
 pub(crate) fn hand_over(file: &File, path: &Path) -> io::Result<()> {
     use std::os::unix::fs::MetadataExt;
@@ -124,7 +126,7 @@ mod tests {
     fn what_cannot_be_written_leaves_what_stands_there() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("office.slamlab");
-        // A folder of that name can be no file's.
+        // A folder of that name is in the way of the file.
         fs::create_dir(&path).unwrap();
         fs::write(path.join("kept"), "as it was").unwrap();
         assert!(replace(&path, b"map", Readers::Anyone).is_err());
@@ -147,10 +149,10 @@ mod tests {
         assert_eq!(mode, 0o600);
     }
 
-    /// Names the file to a process of this very program that writes it until it is killed.
+    /// Names the file for a process of this same program, which writes it until it is killed.
     const WRITER: &str = "SLAMLAB_TEST_WRITES";
 
-    /// SIGKILL at forty moments of a save: what stands there is one of the two, and whole.
+    /// SIGKILL at forty moments of a save: the file is one of the two versions, and complete.
     #[test]
     fn a_writer_that_is_killed_in_the_midst_leaves_the_file_before() {
         let contents = [b"a", b"b"].map(|letter| letter.repeat(3 << 20));
@@ -179,7 +181,7 @@ mod tests {
             writer.wait().unwrap();
             let found = fs::read(&path).unwrap();
             assert!(contents.contains(&found), "{} bytes", found.len());
-            // What it had begun has another name.
+            // The unfinished file has another name.
             cut_off += u32::from(fs::read_dir(folder.path()).unwrap().count() > 1);
             for beside in fs::read_dir(folder.path()).unwrap() {
                 let beside = beside.unwrap().path();

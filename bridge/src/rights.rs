@@ -1,15 +1,15 @@
-//! Rights: who may do what at the bridge, by name.
+//! Rights: named permissions to use the bridge.
 //!
 //! In: a proof made with a token. Out: the [`Right`] that it shows, or none.
 //!
-//! 1. The bridge's first token ([`crate::token`]) is an owner's, and has no name. Every other right
-//!    has one, and stands in a file (`file`): name, role, and what verifies its proofs. The token
-//!    itself is shown once, when it is made, and kept nowhere.
-//! 2. The commands `token add`, `list` and `revoke` work on the file, and the bridge looks at it
-//!    several times a second ([`Keys`]): so they work without a bridge too, and no endpoint gives
-//!    rights away. Who can write the file has the bridge's own account already.
-//! 3. A file that cannot be read gives nobody a right: who took one away by hand and slipped has
-//!    taken away too much, and not too little.
+//! 1. The bridge's first token ([`crate::token`]) is the owner's, and its right has no name. Every
+//!    other right has a name, and is kept in a file (`file`): name, role, and the verifier for its
+//!    proofs. The token itself is shown once, when it is made, and stored nowhere.
+//! 2. The commands `token add`, `list` and `revoke` work on the file, and the bridge checks it
+//!    several times a second ([`Keys`]). So they work without a running bridge, and no endpoint can
+//!    grant rights. Whoever can write the file already has the bridge's own account.
+//! 3. A file that cannot be read gives nobody a right: a slip while revoking a right by hand takes
+//!    away too much, never too little.
 //! 4. What a role may do stands in one table: [`Role::may`].
 
 mod file;
@@ -29,7 +29,7 @@ pub(crate) use keys::keep_up;
 
 use crate::token::Token;
 
-/// A right, and what verifies its proofs.
+/// A right, and the verifier for its proofs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Granted {
     pub(crate) right: Right,
@@ -37,13 +37,13 @@ pub(crate) struct Granted {
 }
 
 impl Granted {
-    /// Whether its holder is kept a place, and may say as much as one who drives. A watcher with a
-    /// token is a watcher to all limits.
+    /// Whether its holder gets one of the places and the message rate reserved for drivers. A
+    /// watcher with a token has the limits of a watcher.
     pub(crate) fn may_drive(&self) -> bool {
         self.right.role.may_drive()
     }
 
-    /// With which its holder signs messages, after a proof that showed it.
+    /// The key with which its holder signs messages, after showing the right by a proof.
     #[cfg(feature = "zenoh")]
     pub(crate) fn message_key(
         &self,
@@ -54,12 +54,12 @@ impl Granted {
     }
 }
 
-/// All rights that there are.
+/// All rights.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rights(Vec<Granted>);
 
 impl Rights {
-    /// That of the bridge's first token.
+    /// The right of the bridge's first token.
     fn owner(token: &Token) -> Granted {
         Granted {
             right: Right {
@@ -70,7 +70,7 @@ impl Rights {
         }
     }
 
-    /// The right that a proof shows. Each comparison takes as long for any answer.
+    /// The right that a proof shows. Each comparison takes constant time.
     pub(crate) fn proved(
         &self,
         challenge: &[u8; CHALLENGE_BYTES],
@@ -83,12 +83,12 @@ impl Rights {
         self.0.iter().find(is_proved).cloned()
     }
 
-    /// Whether a right is still what it was.
+    /// Whether a right still exists unchanged.
     pub(crate) fn holds(&self, granted: &Granted) -> bool {
         self.0.contains(granted)
     }
 
-    /// What the right of this name is good for.
+    /// The role of the right of this name.
     pub(crate) fn role_of(&self, name: &Name) -> Option<Role> {
         let name = name.to_string();
         let mut all = self.0.iter().map(|granted| &granted.right);
@@ -103,7 +103,7 @@ impl Rights {
         found.cloned()
     }
 
-    /// How many there are.
+    /// The number of rights.
     #[must_use]
     pub fn count(&self) -> usize {
         self.0.len()

@@ -10,7 +10,7 @@ use crate::replaced_file::{Readers, replace};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SecretFileError {
-    /// The system said no.
+    /// The system reported an error.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
@@ -40,7 +40,7 @@ impl SecretFileError {
     }
 }
 
-/// Reads a file that nobody else can read.
+/// Reads a file, which nobody else may be able to read.
 pub(crate) fn read(path: &Path) -> Result<String, SecretFileError> {
     let text = fs::read_to_string(path).and_then(|text| Ok((text, mode_for_others(path)?)));
     match text.map_err(|source| SecretFileError::of(path, source))? {
@@ -52,14 +52,14 @@ pub(crate) fn read(path: &Path) -> Result<String, SecretFileError> {
     }
 }
 
-/// Replaces it, in a folder that is made if need be.
+/// Replaces it, and creates its folder if needed.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), SecretFileError> {
     let made = path.parent().map_or(Ok(()), fs::create_dir_all);
     made.and_then(|()| replace(path, format!("{text}\n").as_bytes(), Readers::Owner))
         .map_err(|source| SecretFileError::of(path, source))
 }
 
-/// The file's permissions, if they let anybody but its owner in.
+/// The file's permissions, if they give access to anybody but its owner.
 #[cfg(unix)]
 fn mode_for_others(path: &Path) -> io::Result<Option<u32>> {
     use std::os::unix::fs::PermissionsExt;
@@ -67,7 +67,7 @@ fn mode_for_others(path: &Path) -> io::Result<Option<u32>> {
     Ok((mode & 0o077 != 0).then_some(mode))
 }
 
-/// Elsewhere files in a user's folder are private by the folder's own rules.
+/// On other systems the rules of a user's folder keep its files private.
 #[cfg(not(unix))]
 fn mode_for_others(path: &Path) -> io::Result<Option<u32>> {
     fs::metadata(path).map(|_| None)

@@ -35,9 +35,9 @@ use crate::storage::{StorageConfig, StorageError};
 use crate::tls::Identity;
 use crate::zenoh::{self, ZenohConfig, ZenohError};
 
-/// How long open requests may take to end after the shutdown began.
+/// How long open requests may take to end once shutdown begins.
 const GRACE: Duration = Duration::from_secs(2);
-/// Between two looks whether the certificate is still good: the machine's addresses change.
+/// Interval between checks that the certificate is still valid: the machine's addresses change.
 const RENEWAL: Duration = Duration::from_secs(60);
 
 /// What to serve.
@@ -47,58 +47,58 @@ pub struct Config {
     pub page: Option<Page>,
     /// Robots and sensors. The first with a robot takes the commands.
     pub sources: Vec<Box<dyn Source>>,
-    /// Who may do what. Without any, nobody drives.
+    /// Who may do what. Without any keys, nobody drives.
     pub keys: Keys,
     /// Whether watching needs a token.
     pub watching: Option<Watching>,
     /// Origins of other pages that may connect, exactly as a browser writes them:
     /// `https://lab.example`. The page that the bridge serves needs no entry.
     pub origins: Vec<String>,
-    /// Names that the bridge answers to, beside its own: of a reverse proxy, or in a VPN.
+    /// Names that the bridge answers to in addition to its own: of a reverse proxy, or in a VPN.
     pub hosts: Vec<String>,
-    /// Whether Foxglove may watch, where anyone may.
+    /// Whether Foxglove may watch, if watching needs no token.
     pub foxglove: bool,
     /// Whether clients of rosbridge may watch, and drive with the token.
     pub rosbridge: bool,
-    /// With what to speak TLS; without one, nothing is kept from who listens in the network.
+    /// Identity for TLS; without one, traffic is not encrypted.
     pub tls: Option<Identity>,
     /// Where to record to: a new file, or a folder that takes new ones.
     pub record: Option<PathBuf>,
-    /// How long pieces in a folder are, and how much of them is kept.
+    /// How long pieces in a folder are, and how much is kept.
     pub keep: Keep,
-    /// Folder for who drove, stopped and was refused, and how much of that is kept.
+    /// Folder of the audit, and how much of it is kept.
     pub audit: Option<(PathBuf, Keep)>,
-    /// Where finished recordings are kept, too.
+    /// Object storage for finished recordings.
     pub storage: Option<StorageConfig>,
     /// Whether and how the bridge maps what its robot sees.
     pub map: Option<MapConfig>,
     /// Whether and how the robot is reached through a router.
     pub zenoh: Option<ZenohConfig>,
-    /// Of sockets, messages and times.
+    /// Limits of sockets, messages and times.
     pub limits: Limits,
 }
 
-/// Why the bridge does not serve, or no longer.
+/// Why the bridge does not serve, or serves no longer.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
     /// There is no page.
     #[error(transparent)]
     Page(#[from] PageError),
-    /// More sources than their numbers can tell apart.
+    /// There are more sources than their numbers can tell apart.
     #[error("{count} sources; expected at most 256")]
     Sources {
         /// How many there are.
         count: usize,
     },
-    /// Their readings would be mixed.
+    /// There are two robots, whose readings would be mixed.
     #[error(
         "{first} and {second} are two robots, and a bridge has one: start another bridge for the other"
     )]
     Robots {
-        /// Name of the one.
+        /// Name of the first.
         first: String,
-        /// Name of the other.
+        /// Name of the second.
         second: String,
     },
     /// A source got no thread.
@@ -109,30 +109,29 @@ pub enum RunError {
         /// What the system said.
         source: io::Error,
     },
-    /// There are no rights.
+    /// The rights cannot be read.
     #[error(transparent)]
     Keys(#[from] KeysError),
     /// The recording cannot begin.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// Recordings cannot be stored.
+    /// Recordings cannot be kept in object storage.
     #[error(transparent)]
     Storage(#[from] StorageError),
-    /// The map cannot.
+    /// Mapping cannot begin.
     #[error(transparent)]
     Map(#[from] MapError),
     /// The robot cannot be reached through the router.
     #[error(transparent)]
     Zenoh(#[from] ZenohError),
-    /// The hub ended unasked. Without it nobody stops the robot but the robot itself.
+    /// The hub ended by itself. Without it only the robot can stop itself.
     #[error("the part that has the robot broke down: an error of this program; please report it")]
     Hub,
 }
 
 /// Serves on `listener` until `shutdown` ends; see [`start`] and [`Serving::until`].
 ///
-/// # Errors
-/// [`RunError`] at once if something of `config` cannot be had.
+/// # Errors    [`RunError`] at once if something in `config` cannot be used.
 pub async fn run(
     listener: TcpListener,
     config: Config,
@@ -141,7 +140,7 @@ pub async fn run(
     start(listener, config)?.until(shutdown).await
 }
 
-/// A bridge that serves.
+/// A running bridge.
 #[derive(Debug)]
 #[must_use = "it serves until its end is waited for"]
 pub struct Serving {
@@ -150,7 +149,7 @@ pub struct Serving {
     server: JoinHandle<()>,
 }
 
-/// What can be wrong with a configuration was looked at.
+/// A configuration whose possible faults have been checked.
 struct Ready {
     robot: Option<RobotFigures>,
     map: Option<mapping::Ready>,
@@ -159,7 +158,7 @@ struct Ready {
     storage: Option<storage::Ready>,
 }
 
-/// Looks at everything but rights; nothing moves, and nothing is written.
+/// Checks everything except rights; nothing moves, and nothing is written.
 fn ready(config: &Config) -> Result<Ready, RunError> {
     if let Some(page) = &config.page {
         page.check()?;
@@ -195,8 +194,8 @@ fn ready(config: &Config) -> Result<Ready, RunError> {
     })
 }
 
-/// Looks whether a bridge could serve so, but for its rights and its port. Nothing moves, and
-/// nothing is written.
+/// Checks whether a bridge could serve with this configuration, except for its rights and its port.
+/// Nothing moves, and nothing is written.
 ///
 /// # Errors
 /// [`RunError`], as from [`start`].
@@ -204,10 +203,10 @@ pub fn check(config: &Config) -> Result<(), RunError> {
     ready(config).map(drop)
 }
 
-/// Begins to serve on `listener`, on the runtime that this is called in.
+/// Begins to serve on `listener`, on the current runtime.
 ///
-/// # Errors
-/// [`RunError`] if something of `config` cannot be had; then nothing was begun or written.
+/// # Errors    [`RunError`] if something in `config` cannot be used; then nothing was begun or
+/// written.
 pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError> {
     let ready = ready(&config)?;
     let (robot, mut map, zenoh) = (ready.robot, ready.map, ready.zenoh);
@@ -223,7 +222,7 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     let clock = Clock::start();
     let metrics = Arc::new(Metrics::default());
     let log = Arc::new(AccessLog::new());
-    // Both are taken before either begins a file.
+    // Lock both folders before either begins a file.
     let audit = (config.audit.as_ref()).map(|(folder, keep)| Files::audits(folder, *keep, clock));
     let audit = audit.transpose()?;
     let record = (config.record.as_deref())
@@ -239,7 +238,7 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     let (sender, events) = mpsc::channel(source::MOST_WAITING);
     let sources = start_all(config.sources, &sender)?;
     let about = about(&sources, robot.as_ref(), config.watching);
-    // Names the robot; nobody is challenged by it.
+    // This hello only names the robot; its challenge is not used.
     let hello = device::hub::hello([0; CHALLENGE_BYTES], about.watching, robot.clone());
     if let Some(recorder) = &recorder {
         recorder.message(&FromBridge::Hello(hello.clone()), clock.now());
@@ -313,17 +312,17 @@ impl Serving {
     /// Serves until `shutdown` ends; then the robot is stopped, the recording finished, and open
     /// requests may end within two seconds.
     ///
-    /// # Errors
-    /// [`RunError::Hub`]: then it ends at once, so that whoever started it can start it again.
+    /// # Errors    [`RunError::Hub`]: then this ends at once, so that whoever started the bridge
+    /// can restart it.
     pub async fn until(mut self, shutdown: impl Future<Output = ()>) -> Result<(), RunError> {
         let ended = tokio::select! {
             () = shutdown => None,
             ended = &mut self.hub => Some(ended),
         };
         notify::stopping();
-        // Whoever listens is gone already if this fails.
+        // If this fails, all receivers are already gone.
         let _ = self.stop.send(true);
-        // The hub first: it has the robot.
+        // The hub first: it controls the robot.
         let is_well = match ended {
             Some(_) => false,
             None => self.hub.await.is_ok(),
@@ -338,7 +337,7 @@ impl Serving {
     }
 }
 
-/// Keeps the certificate good for as long as the bridge runs.
+/// Keeps the certificate valid while the bridge runs.
 async fn renew(identity: &Identity) {
     loop {
         tokio::time::sleep(RENEWAL).await;

@@ -1,14 +1,14 @@
-//! The settings of `serve`: on the command line, and in a file, `bridge.toml`. Both have the same.
+//! The settings of `serve`: on the command line, and in a file, `bridge.toml`. Both have the same
+//! settings.
 //!
 //! In: the text of the file, and what the command line says. Out: complete [`Settings`].
 //!
-//! 1. [`Settings::read`] reads a file; a key that is unknown, or a value that cannot be, is named
-//!    with its line.
-//! 2. [`Settings::over`] lays one above another: what the command line says wins, key by key.
-//! 3. [`Settings::complete`] fills in the defaults. `slamlab-bridge config` prints that.
+//! 1. [`Settings::read`] reads a file; an unknown key or an invalid value is named with its line.
+//! 2. [`Settings::over`] puts one above another: the command line wins, key by key.
+//! 3. [`Settings::complete`] fills in the defaults. `slamlab-bridge config` prints the result.
 //!
-//! `bridge/deploy/bridge.toml` is the file that the package installs: every key stands in it, with
-//! its meaning.
+//! `bridge/deploy/bridge.toml` is the file that the package installs: it has every key, with its
+//! meaning.
 
 mod map;
 mod recording;
@@ -153,10 +153,10 @@ pub struct Mount {
     pub yaw_degrees: f64,
 }
 
-/// Farther from the middle no sensor sits on a robot that this bridge drives, m.
+/// Farthest that a sensor can sit from the middle of a robot that this bridge drives, m.
 const FARTHEST: f64 = 2.0;
 
-/// Why there are no settings.
+/// Why the settings cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SettingsError {
@@ -168,7 +168,7 @@ pub enum SettingsError {
         /// What the system said.
         source: io::Error,
     },
-    /// It does not hold settings.
+    /// The file does not hold settings.
     #[error("settings {}, {}", path.display(), said.trim_end())]
     Text {
         /// The file.
@@ -176,21 +176,21 @@ pub enum SettingsError {
         /// Line, column, and what is wrong there.
         said: String,
     },
-    /// One half of what TLS needs.
+    /// Only one of certificate and key is given.
     #[error("tls-cert and tls-key belong together; {missing} is missing")]
     HalfTls {
         /// Which.
         missing: &'static str,
     },
-    /// A figure of recordings that cannot be.
+    /// A number for recordings is out of range.
     #[error("{key} is {value}; expected 1 to {}", recording::MOST)]
     Recording {
         /// Which.
         key: &'static str,
-        /// What stands there.
+        /// The given value.
         value: u64,
     },
-    /// Less would be kept than what is being written.
+    /// The budget has no room for two pieces, a finished one and the one being written.
     #[error(
         "record-budget-mib is {budget} and record-piece-mib {piece}; expected room for two pieces at least"
     )]
@@ -200,34 +200,34 @@ pub enum SettingsError {
         /// MiB of a piece.
         piece: u64,
     },
-    /// What no browser writes as an origin.
+    /// No browser writes this as an origin.
     #[error(
         "allow-origin {given:?}: {why}; expected an origin as a browser writes it, such as https://lab.example or \
          http://192.168.1.7:3000"
     )]
     Origin {
-        /// What stands there.
+        /// The given value.
         given: String,
         /// What is wrong.
         why: &'static str,
     },
-    /// What no browser asks for.
+    /// No browser asks for such a host.
     #[error(
         "allow-host {given:?}: {why}; expected a name such as robot.example.com, as it stands in the page's address"
     )]
     Host {
-        /// What stands there.
+        /// The given value.
         given: String,
         /// What is wrong.
         why: &'static str,
     },
-    /// A file or folder without a name.
+    /// The path of a file or folder is empty.
     #[error("{key} is empty; expected a path, or leave it out")]
     EmptyPath {
         /// Which.
         key: &'static str,
     },
-    /// A setting that does nothing is a slip.
+    /// A setting has no effect, so it must be a mistake.
     #[error("{key} does nothing: {why}")]
     Idle {
         /// Which.
@@ -235,24 +235,24 @@ pub enum SettingsError {
         /// Why.
         why: &'static str,
     },
-    /// A method that there is not.
+    /// There is no such method.
     #[error("map method: {0}")]
     MapMethod(#[from] UnknownMethod),
-    /// A time that cannot be.
+    /// A time is out of range.
     #[error("map save-seconds is {value}; expected 1 to {most}")]
     MapSave {
-        /// What stands there.
+        /// The given value.
         value: u64,
-        /// Greatest that may stand there.
+        /// Greatest valid value.
         most: u64,
     },
-    /// A robot that may go home by nobody's right.
+    /// The robot may go home, but no right is named for it.
     #[error(
         "a robot that goes home drives by a right that was given for it: name it as failsafe-right, and make it with \
          `slamlab-bridge token add NAME --role driver`"
     )]
     NoFailsafeRight,
-    /// What a Zenoh router needs, or what cannot be.
+    /// A setting for the Zenoh router is missing or invalid.
     #[error("zenoh {key} {why}")]
     Zenoh {
         /// Which.
@@ -260,57 +260,57 @@ pub enum SettingsError {
         /// What is wrong with it.
         why: &'static str,
     },
-    /// Everybody at the router would watch.
+    /// Watching needs a token, but everybody at the router could watch.
     #[error(
         "private lets nobody watch without a token, and a router shows the robot to whoever it lets in: name a router at \
          tls/, with a certificate (zenoh cert and key), that asks for those of all others"
     )]
     ZenohPrivate,
-    /// No battery has so many volts.
+    /// The battery voltage is out of range.
     #[error("low-volts is {value}; expected {least} to {most}")]
     LowVolts {
-        /// What stands there.
+        /// The given value.
         value: f32,
-        /// Least that may stand there.
+        /// Least valid value.
         least: f32,
         /// Greatest.
         most: f32,
     },
-    /// A part that no store takes, or that is lost too often.
+    /// The part's size is out of range: stores refuse it, or too much is lost when the link breaks.
     #[error("storage part-mib is {value}; expected {least} to {most}")]
     StoragePart {
-        /// What stands there.
+        /// The given value.
         value: u64,
-        /// Least that may stand there.
+        /// Least valid value.
         least: u64,
         /// Greatest.
         most: u64,
     },
-    /// A store that cannot be.
+    /// The store cannot be used.
     #[error(transparent)]
     Storage(#[from] StorageError),
-    /// A place where no sensor is.
+    /// The mount is at a place where no sensor can be.
     #[error(
         "mount of {name}: {key} is {value}; expected a number of at most {most} to either side"
     )]
     Mount {
         /// The source.
         name: String,
-        /// Which figure.
+        /// Which number.
         key: &'static str,
-        /// What stands there.
+        /// The given value.
         value: f64,
-        /// Greatest that may stand there.
+        /// Greatest valid value.
         most: f64,
     },
 }
 
-/// How TLS is spoken.
+/// Whether and with which certificate TLS is used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Tls {
     /// Not at all.
     Off,
-    /// With a certificate of the bridge's own, made where there is none.
+    /// With a certificate of the bridge's own, made if there is none.
     Own,
     /// With a certificate that somebody else made.
     Files {
@@ -324,8 +324,8 @@ pub enum Tls {
 impl Settings {
     /// Reads a file.
     ///
-    /// # Errors    [`SettingsError`]: it cannot be read, or what stands in which line of it is no
-    /// setting.
+    /// # Errors    [`SettingsError`]: the file cannot be read, or has an invalid line, which the
+    /// error names.
     pub fn read(path: &Path) -> Result<Self, SettingsError> {
         let text = std::fs::read_to_string(path).map_err(|source| SettingsError::Io {
             path: path.to_owned(),
@@ -337,12 +337,11 @@ impl Settings {
         })
     }
 
-    /// These settings, and those of `below` where these say nothing. `listen` also hides a `port`
-    /// below it.
+    /// These settings, completed by those of `below`. `listen` also hides a `port` below it.
     #[must_use]
     pub fn over(self, below: Self) -> Self {
         let port_below = below.port.filter(|_| self.listen.is_none());
-        // A certificate is named to be used.
+        // Naming a certificate switches TLS on.
         let names_tls = self.tls_cert.is_some() || self.tls_key.is_some();
         let tls_below = below.tls.filter(|_| !names_tls);
         Self {
@@ -379,9 +378,9 @@ impl Settings {
         }
     }
 
-    /// Fills in each default; files and folders without one stay open.
+    /// Fills in each default; files and folders without a default stay unset.
     ///
-    /// # Errors    [`SettingsError`]: settings that do not go together.
+    /// # Errors    [`SettingsError`]: settings that contradict each other.
     pub fn complete(self) -> Result<Self, SettingsError> {
         let listen = self.address();
         self.source
@@ -442,7 +441,7 @@ impl Settings {
         })
     }
 
-    /// An empty path would be the folder in which the bridge happened to be started.
+    /// An empty path would mean the folder in which the bridge happened to be started.
     fn check_paths(&self) -> Result<(), SettingsError> {
         let map = self.map.as_ref().and_then(|map| map.file.as_ref());
         let zenoh = self.zenoh.as_ref();
@@ -474,7 +473,7 @@ impl Settings {
         listen
     }
 
-    /// How TLS is spoken; `tls = false` switches off what the files would switch on.
+    /// Whether and with which certificate TLS is used; `tls = false` wins over certificate files.
     ///
     /// # Errors    [`SettingsError::HalfTls`].
     pub fn tls(&self) -> Result<Tls, SettingsError> {
@@ -506,7 +505,8 @@ impl FromStr for SourceSettings {
 impl SourceSettings {
     /// Opens it.
     ///
-    /// # Errors    [`SourceError`]: what is not there, or cannot be read, or cannot be mounted.
+    /// # Errors    [`SourceError`]: the source does not exist, cannot be read, or cannot be
+    /// mounted.
     pub fn open(&self) -> Result<Box<dyn Source>, SourceError> {
         self.name.open(self.mount.map(Mount::pose))
     }
@@ -521,7 +521,7 @@ impl SourceSettings {
             ("yaw-degrees", yaw_degrees, 360.0),
         ];
         for (key, value, most) in figures {
-            // Not a number is no more than anything.
+            // NaN compares false with everything.
             if value.is_nan() || value.abs() > most {
                 return Err(SettingsError::Mount {
                     name: self.name.to_string(),

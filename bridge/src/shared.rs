@@ -1,4 +1,5 @@
-//! What all connections share: they read it, and the hub's queue is their way to the robot.
+//! What all connections share: read-only state, and the hub's queue, which is their way to the
+//! robot.
 
 #[cfg(feature = "zenoh")]
 use std::net::SocketAddr;
@@ -29,14 +30,14 @@ pub(crate) struct Shared {
     pub(crate) page: Option<Page>,
     pub(crate) about: About,
     pub(crate) robot: Option<RobotFigures>,
-    /// As they are now.
+    /// The present rights.
     pub(crate) rights: watch::Receiver<Arc<Rights>>,
     pub(crate) origins: Vec<String>,
-    /// Names that the bridge answers to, beside its own.
+    /// Names that the bridge answers to in addition to its own.
     pub(crate) hosts: Arc<[String]>,
     /// Whether Foxglove may watch.
     pub(crate) foxglove: bool,
-    /// Whether rosbridge is spoken.
+    /// Whether the rosbridge endpoint is on.
     pub(crate) rosbridge: bool,
     pub(crate) is_tls: bool,
     pub(crate) limits: Limits,
@@ -45,20 +46,20 @@ pub(crate) struct Shared {
     pub(crate) metrics: Arc<Metrics>,
     pub(crate) log: Arc<AccessLog>,
     pub(crate) audit: Option<Arc<Audit>>,
-    /// None where the bridge does not map.
+    /// None if the bridge does not map.
     pub(crate) mapping: Option<Arc<Mapping>>,
-    /// None where the bridge is at no router.
+    /// None if the bridge uses no router.
     #[cfg(feature = "zenoh")]
     pub(crate) fleet: Option<Arc<crate::zenoh::Fleet>>,
-    /// Where it listens; none where the system does not tell.
+    /// Where the bridge listens; none if the system does not tell.
     #[cfg(feature = "zenoh")]
     pub(crate) listening: Option<SocketAddr>,
-    /// None where recordings are not stored elsewhere.
+    /// None if recordings are not stored elsewhere.
     #[cfg(feature = "storage")]
     pub(crate) uploads: Option<Arc<crate::storage::Uploads>>,
 }
 
-/// A connection: its place, and where it comes from.
+/// A connection: its place, and its address.
 #[derive(Clone, Debug)]
 pub(crate) struct Visitor {
     pub(crate) place: Arc<Place>,
@@ -73,7 +74,7 @@ impl Shared {
     }
 }
 
-/// A client's number, and what waits to be sent to it.
+/// A client's number and outbox.
 pub(crate) type Joined = (ClientId, Arc<Outbox>);
 
 impl Shared {
@@ -87,8 +88,8 @@ impl Shared {
         rights.proved(challenge, shown)
     }
 
-    /// Lets a client in that has shown a right, or without one a watcher; [`close::FULL`] where no
-    /// place is left for it.
+    /// Lets a client in, with the right that it has shown or else as a watcher; [`close::FULL`] if
+    /// no place is left for it.
     pub(crate) async fn join(
         &self,
         visitor: &Visitor,
@@ -107,7 +108,7 @@ impl Shared {
         self.let_in(visitor.peer, name, granted).await
     }
 
-    /// The same where the way in has its own bounds.
+    /// The same without a place: for ways in that have their own limits.
     pub(crate) async fn let_in(
         &self,
         peer: Peer,
@@ -133,17 +134,17 @@ impl Shared {
         let _ = self.tell(FromClient::Left(id)).await;
     }
 
-    /// Hands something on to the hub.
+    /// Sends something to the hub.
     pub(crate) async fn tell(&self, what: FromClient) -> Result<(), End> {
         self.hub.send(what).await.map_err(|_| Some(GOING_AWAY))
     }
 
-    /// Logs that the bridge ended a connection, and counts who had no right to come in.
+    /// Logs that the bridge ended a connection, and counts clients without access.
     pub(crate) fn shown_out(&self, visitor: &Visitor, code: u16) {
         self.ended(visitor.peer, code);
     }
 
-    /// The same of a connection that has no place of its own.
+    /// The same for a connection without a place of its own.
     pub(crate) fn ended(&self, peer: Peer, code: u16) {
         let kind = kind_of(code);
         self.metrics.shown_out.add(1);
@@ -169,7 +170,7 @@ impl Shared {
     }
 }
 
-/// What the end of a connection is logged as; none where it is nothing out of the ordinary.
+/// How the end of a connection is logged; none if it is nothing out of the ordinary.
 fn kind_of(code: u16) -> Option<Kind> {
     match code {
         GOING_AWAY => None,
@@ -179,32 +180,32 @@ fn kind_of(code: u16) -> Option<Kind> {
     }
 }
 
-/// How much the bridge takes on.
+/// The bridge's limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Sockets that may be open at the same time. Default 300.
     pub sockets: usize,
     /// Of these, from one address; of IPv6, from one network of 64 bits. Default 100.
     pub per_address: usize,
-    /// Clients that may watch and not drive. Default 200: the other places are kept for who may
+    /// Clients that may only watch. Default 200: the other places are kept for those that may
     /// drive.
     pub watchers: usize,
     /// Of these, from one address. Default 80.
     pub watchers_per_address: usize,
-    /// A request's header must be there so soon. Default 5 s.
+    /// Time within which a request's header must arrive. Default 5 s.
     pub header: Duration,
-    /// A connection that is no WebSocket ends after so long. Default 120 s.
+    /// Time after which a connection that is no WebSocket ends. Default 120 s.
     pub request: Duration,
-    /// The first message must be there so soon. Default 2 s.
+    /// Time within which the first message must arrive. Default 2 s.
     pub hello: Duration,
-    /// A client that says nothing for so long is gone. Default 5 s.
+    /// Time after which a silent client counts as gone. Default 5 s.
     pub heartbeat: Duration,
-    /// A client that takes nothing for so long is gone. Default 30 s.
+    /// Time after which a client that reads nothing counts as gone. Default 30 s.
     pub write: Duration,
     /// Longest message from a client, bytes. Default 64 KiB.
     pub message: usize,
-    /// Messages in a second of one client that may drive, over longer times; twice as
-    /// many at once. Default 200.
+    /// Messages per second of one client that may drive, on average; a burst may be twice as large.
+    /// Default 200.
     pub rate: u32,
     /// The same for everybody else. Default 20.
     pub watcher_rate: u32,

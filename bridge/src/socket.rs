@@ -1,5 +1,5 @@
-//! The two halves of a client's WebSocket, with the limits that hold for every client, whatever it
-//! speaks.
+//! The two halves of a client's WebSocket, with the limits that hold for every client, whatever its
+//! protocol.
 
 use std::time::Duration;
 
@@ -12,20 +12,20 @@ use crate::ending::{End, FAREWELL, TOO_MANY, farewell, of_error};
 use crate::rate::Bucket;
 use crate::shared::Shared;
 
-/// Between the message that was too much and the end.
+/// Time from the message that was too much to the end of the connection.
 const PENALTY: Duration = Duration::from_secs(1);
 
-/// The half that reads: each message counts against the rate that the bridge allows, which is small
-/// until the client has shown the token.
+/// The half that reads: each message counts against the allowed rate, which is small until the
+/// client has shown a driver's token.
 pub(crate) struct Reader<'a> {
     stream: SplitStream<WebSocket>,
     pub(crate) shared: &'a Shared,
     bucket: Bucket,
-    /// It said too much, and is shown out then.
+    /// Set once the client sent too much: when its connection ends.
     muted_until: Option<Instant>,
 }
 
-/// The half that writes: each message has its time.
+/// The half that writes: each message has a timeout.
 pub(crate) struct Writer<'a> {
     sink: SplitSink<WebSocket, Message>,
     pub(crate) shared: &'a Shared,
@@ -45,13 +45,14 @@ pub(crate) fn halves(socket: WebSocket, shared: &Shared) -> (Reader<'_>, Writer<
 }
 
 impl Reader<'_> {
-    /// The client has shown the token.
+    /// The client has shown a driver's token.
     pub(crate) fn trust(&mut self) {
         self.bucket = Bucket::new(self.shared.limits.rate, self.shared.clock.now());
     }
 
-    /// The next message of whatever kind; an error where the client is gone or goes too far. Who
-    /// says too much is heard no more, and shown out a while later: it cannot come back at once.
+    /// The next message of any kind; an error if the client is gone or sends too much. A client
+    /// that sends too much is ignored from then on, and disconnected a while later, so that it
+    /// cannot come back at once.
     pub(crate) async fn next(&mut self) -> Result<Message, End> {
         if let Some(until) = self.muted_until {
             return Err(self.pass_over(until).await);
@@ -65,8 +66,8 @@ impl Reader<'_> {
         Err(self.pass_over(until).await)
     }
 
-    /// Takes what still comes without hearing it: what is left unread at the end would keep the
-    /// client from reading why.
+    /// Reads and ignores what still comes: unread data at the end would keep the client from
+    /// reading the reason.
     async fn pass_over(&mut self, until: Instant) -> End {
         let end = timeout_at(until, async {
             while let Some(Ok(_)) = self.stream.next().await {}
@@ -79,7 +80,7 @@ impl Reader<'_> {
 }
 
 impl Writer<'_> {
-    /// Writes a message; an error where the client is gone or does not read.
+    /// Writes a message; an error if the client is gone or does not read.
     pub(crate) async fn send(&mut self, message: Message) -> Result<(), End> {
         let bytes = match &message {
             Message::Text(text) => text.len(),
@@ -95,7 +96,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Says why the connection ends. Who is gone does not mind.
+    /// Says why the connection ends; failure does not matter if the client is gone.
     pub(crate) async fn close(&mut self, code: u16) {
         let _ = timeout(FAREWELL, self.send(farewell(code))).await;
     }

@@ -1,17 +1,18 @@
-//! What a source of data is: a robot, a sensor, a recording, a simulation.
+//! Sources of data: a robot, a sensor, a recording, a simulation.
 //!
 //! In: a [`Source`]. Out: its [`SourceEvent`]s, in order; and a way to give it [`Order`]s.
 //!
-//! 1. [`start`] gives the source a thread of its own, for serial ports block. Several sources run
-//!    side by side, each with a number; the hub joins what they say.
-//! 2. The thread sends events through its [`Port`]. The queue is bounded and never waited for: a
-//!    source must go on serving its robot when the hub is late. What found no room is counted.
-//! 3. Orders are not queued: the newest waits until the source takes it, and an emergency stop
-//!    waits until it is taken, whatever comes after. So nothing stale runs after a delay.
+//! 1. [`start`] gives the source a thread of its own, because serial ports block. Several sources
+//!    run in parallel, each with a number; the hub combines their events.
+//! 2. The thread sends events through its [`Port`]. The queue is bounded, and the thread never
+//!    waits for it: a source must go on serving its robot when the hub is late. Events that find no
+//!    room are counted.
+//! 3. Orders are not queued: only the newest command waits for the source, and an emergency stop
+//!    waits until it is taken, whatever comes after it. So nothing stale runs after a delay.
 //! 4. [`Waited::Closed`] tells the source that the bridge ends: it stops its robot, and returns. It
-//!    does the same after a fault that it cannot mend; faults that it can (a pulled cable) it mends
-//!    by itself, and says so by [`SourceEvent::Link`]. Whoever drives has to arm again after any
-//!    link that was not up.
+//!    does the same after a fault that it cannot repair. It recovers by itself from others (a
+//!    pulled cable), and reports them by [`SourceEvent::Link`]. After any link failure the driver
+//!    must arm again.
 
 mod named;
 mod orders;
@@ -34,17 +35,17 @@ pub use slamlab_core::device::source::{
 pub use named::{SourceError, SourceName, forms};
 use orders::Orders;
 
-/// Events that wait for the hub, of all sources together.
+/// Most events that may wait for the hub, of all sources together.
 pub const MOST_WAITING: usize = 4096;
 
-/// What came of waiting for an order.
+/// The result of waiting for an order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Waited {
     /// An order.
     Order(Order),
-    /// None came in time.
+    /// No order came in time.
     Nothing,
-    /// None will come any more: stop the robot and return.
+    /// No more orders will come: stop the robot and return.
     Closed,
 }
 
@@ -97,13 +98,13 @@ pub fn start(
 }
 
 impl Running {
-    /// Gives order number `number`; one that was not taken yet is forgotten, but for an emergency
+    /// Gives an order with this number; it replaces one that was not taken yet, except an emergency
     /// stop. [`SourceEvent::Busy`] refers to the number.
     pub fn order(&self, number: u64, order: Order) {
         self.orders.put(number, order);
     }
 
-    /// Events that found no room since the start.
+    /// Number of events that found no room since the start.
     #[must_use]
     pub fn missed(&self) -> u64 {
         self.missed.load(Ordering::Relaxed)
@@ -131,7 +132,7 @@ pub struct Port {
 }
 
 impl Port {
-    /// Sends an event, or counts it as missed where the queue is full.
+    /// Sends an event, or counts it as missed if the queue is full.
     pub fn send(&self, mut event: SourceEvent) {
         if let SourceEvent::Busy { after, .. } = &mut event {
             *after = self.orders.taken();
@@ -148,7 +149,7 @@ impl Port {
     }
 }
 
-/// A source that ended, in whatever way, has no link any more; whoever drives learns it at once.
+/// A source that has ended, in whatever way, has no link any more; the driver learns of it at once.
 impl Drop for Port {
     fn drop(&mut self) {
         self.send(SourceEvent::Link(LinkBody::new(LinkState::Down)));

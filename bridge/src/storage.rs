@@ -1,4 +1,4 @@
-//! Finished pieces of the recording, kept in object storage too: S3 and what speaks like it, Azure,
+//! Copies finished pieces of the recording to object storage: S3 and compatible stores, Azure,
 //! Google Cloud, or another folder.
 //!
 //! ```text
@@ -6,20 +6,21 @@
 //!                                └─ ledger beside each: what is there already
 //! ```
 //!
-//! 1. A piece is finished when another one is written. The uploader takes the oldest that is not
-//!    stored yet, part after part; after each the ledger beside the piece says so, on the disk
-//!    (`ledger`). A cut network, or the end of the program, costs the part under way. Its name
-//!    there ends in what tells it from those of other robots, which may have the same store.
-//! 2. When all parts are there the object is read back and compared by SHA-256 (`upload`). Then,
-//!    and not before, the piece counts as stored.
-//! 3. What goes wrong is said once to everybody, with what and where, and tried again after a
-//!    while that grows. Recording and robot never wait for it.
-//! 4. Pieces here and there are listed and handed out over HTTP (`serve`), and the store is asked
-//!    no more of that than it should be (`listing`, `fetches`).
+//! 1. A piece is finished once the next one is being written. The uploader takes the oldest piece
+//!    that is not stored yet, part by part; after each part it updates the ledger beside the piece,
+//!    on the disk (`ledger`). So a network failure, or the end of the program, costs only the
+//!    current part. The piece's name in the store ends in its hash, because other robots may use
+//!    the same store.
+//! 2. Once all parts are stored, the object is read back and compared by SHA-256 (`upload`). Only
+//!    then does the piece count as stored.
+//! 3. A fault is reported once to all clients, with what and where, and retried after growing
+//!    pauses. Recording and robot never wait for it.
+//! 4. Pieces in the folder and in the store are listed and served over HTTP (`serve`), with limits
+//!    on requests to the store (`listing`, `fetches`).
 //!
-//! The recording's budget is what counts: a piece that goes before it was stored is gone, which is
-//! said. Only compiled with the feature `storage`: what speaks HTTP and its signatures is as large
-//! as the rest of the bridge.
+//! The recording's budget has priority: a piece deleted before it was stored is lost, which is
+//! reported. Only compiled with the feature `storage`, because the code for HTTP and its signatures
+//! is as large as the rest of the bridge.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -44,26 +45,25 @@ pub(crate) use serve::routes;
 #[cfg(feature = "storage")]
 pub(crate) use uploader::{Ready, Uploads, ready};
 
-/// Where finished recordings are kept too.
+/// The object storage for finished recordings.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StorageConfig {
     /// `s3://bucket/folder`, `az://container/folder`, `gs://bucket/folder`, `file:///folder`.
     pub url: String,
-    /// Of the store, by the names that `object_store` has for them: `aws_endpoint`. Keys and
-    /// secrets are better in the environment (`AWS_SECRET_ACCESS_KEY`), where settings do not show
-    /// them.
+    /// Options of the store, by their names in `object_store`: `aws_endpoint`. Keys and secrets are
+    /// better in the environment (`AWS_SECRET_ACCESS_KEY`), where settings do not show them.
     pub options: BTreeMap<String, String>,
-    /// MiB of a part: what is lost when the link breaks. Default 8.
+    /// Size of a part, MiB: a broken link loses at most this. Default 8.
     pub part_mib: u64,
     /// Whether each object is read back and compared. Default true.
     pub verify: bool,
 }
 
-/// Least and greatest MiB of a part: S3 takes no less than 5, and no more than 10 000 parts.
+/// Least and greatest size of a part, MiB: S3 takes no less than 5, and no more than 10 000 parts.
 pub const PART_MIB: (u64, u64) = (5, 512);
 
 impl StorageConfig {
-    /// With the defaults.
+    /// This store, with the defaults.
     #[must_use]
     pub fn new(url: String) -> Self {
         Self {
@@ -74,7 +74,7 @@ impl StorageConfig {
         }
     }
 
-    /// Looks at what it says; nothing is asked of a store, and nothing written.
+    /// Checks the settings; nothing is asked of a store, and nothing written.
     ///
     /// # Errors    [`StorageError`].
     pub(crate) fn check(&self, record: Option<&Path>) -> Result<(), StorageError> {
@@ -97,7 +97,7 @@ impl StorageConfig {
     }
 }
 
-/// What of a URL nobody should see. The name before the `@` of Azure's is that of a container.
+/// The secret in a URL, if it has one. In Azure's URLs the name before the `@` is a container's.
 fn secret_in(url: &str) -> Option<&'static str> {
     let (scheme, rest) = url.split_once(':')?;
     if rest.contains('?') {
@@ -113,7 +113,7 @@ fn secret_in(url: &str) -> Option<&'static str> {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StorageError {
-    /// The program cannot.
+    /// The program was built without object storage.
     #[error(
         "storage url {url:?}: this program was built without object storage; build it with `--features storage`, or leave the setting out"
     )]
@@ -121,7 +121,7 @@ pub enum StorageError {
         /// What was asked for.
         url: String,
     },
-    /// There is nothing to store.
+    /// There is nothing to store: recordings go into no folder.
     #[error(
         "storage url {url:?}: recordings go into no folder; set `record` to one (a path that ends in /)"
     )]
@@ -129,7 +129,7 @@ pub enum StorageError {
         /// What was asked for.
         url: String,
     },
-    /// It names no store.
+    /// The URL names no store.
     #[error("storage url {url:?}: {why}; expected s3://, az://, gs:// or file:/// and a name")]
     Url {
         /// What was asked for.
@@ -137,16 +137,16 @@ pub enum StorageError {
         /// What is wrong with it.
         why: String,
     },
-    /// Whoever watches would see it; so it is not said here either.
+    /// The URL holds a secret, which watchers would see; so this error does not repeat it.
     #[error(
         "storage url holds {what}, and whoever watches would see it: keys and secrets belong into the environment \
          (AWS_SECRET_ACCESS_KEY), or into [storage.options]"
     )]
     Secret {
-        /// What.
+        /// The kind of secret.
         what: &'static str,
     },
-    /// The budget would delete what is stored.
+    /// Store and recordings are in the same folder, so the budget would delete stored recordings.
     #[error(
         "storage url {url:?}: recordings are made in {}, one in the other, and the budget there would delete what is stored, \
          or store it again; name a folder elsewhere", record.display()
@@ -157,7 +157,7 @@ pub enum StorageError {
         /// The folder of the recording.
         record: PathBuf,
     },
-    /// An option that the store does not have.
+    /// The store does not have this option.
     #[error("storage {url:?}: options {key}: {why}")]
     Option {
         /// What was asked for.

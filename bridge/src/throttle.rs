@@ -1,6 +1,6 @@
-//! Reads from a socket no faster than clients speak: whoever sends more waits, and costs no more
-//! than it would at that rate. It counts bytes, so that also what is no whole message counts:
-//! fragments without end.
+//! Limits how fast bytes are read from a socket: a client that sends more must wait, and costs no
+//! more than one at that rate. Counting bytes also limits data that never becomes a message, such
+//! as endless fragments.
 
 use std::io;
 use std::pin::Pin;
@@ -10,20 +10,20 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Instant, Sleep, sleep};
 
-/// Bytes a second, over longer times: several times what a driver says in text.
+/// Bytes per second on average: several times what a driver sends in text.
 const RATE: f64 = 32.0 * 1024.0;
-/// Bytes at once: one of the longest messages, and some.
+/// Bytes of a burst: one of the longest messages, and some more.
 const BURST: f64 = 96.0 * 1024.0;
-/// After so many bytes the other connections have their turn: the smallest frames are many.
+/// Bytes after which other connections get a turn, because small frames are many.
 const TURN: usize = 8 * 1024;
 
-/// A stream that is read no faster.
+/// A stream that is read no faster than this.
 pub(crate) struct Throttled<S> {
     stream: S,
-    /// Bytes that may be read now; below 0 where the last read took more.
+    /// Bytes that may be read now; below 0 if the last read took more.
     level: f64,
     filled: Instant,
-    /// Bytes since somebody else had a turn.
+    /// Bytes since other connections had a turn.
     run: usize,
     pause: Pin<Box<Sleep>>,
 }
@@ -123,7 +123,7 @@ mod tests {
         let rest = throttled.read_to_end(&mut bytes).await.unwrap();
         let took = start.elapsed().as_secs_f64();
         assert_eq!(rest, 5 * RATE as usize);
-        // A read takes what there is, and the next waits for it.
+        // A read takes everything available, and the next one waits for that.
         assert!((4.7..5.1).contains(&took), "{took} s");
         assert!(bytes.iter().all(|byte| *byte == 7));
     }

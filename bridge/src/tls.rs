@@ -1,16 +1,17 @@
-//! TLS: for a network in which others could listen.
+//! TLS: for networks in which others could eavesdrop.
 //!
 //! In: a certificate and its key, or a folder in which the bridge keeps its own. Out: an
-//! [`Identity`] to serve with.
+//! [`Identity`] for the server.
 //!
-//! 1. No public authority certifies a robot in a local network. The bridge has one of its own
-//!    (`authority`), made once; a phone that has it trusts the bridge for good (`/trust`, see
-//!    [`crate::trust`]). Another browser warns, and a person compares the fingerprint.
+//! 1. No public authority certifies a robot in a local network. So the bridge has one of its own
+//!    (`authority`), made once; a phone that installs it trusts the bridge permanently (`/trust`,
+//!    see [`crate::trust`]). Other browsers show a warning, and the person compares the
+//!    fingerprint.
 //! 2. The authority signs a short-lived certificate (`leaf`) that names this machine: `localhost`,
-//!    `NAME.local`, and the addresses that it has at the time. It is made anew while the bridge
-//!    runs ([`Identity::renew`]).
-//! 3. All lies beside the token, keys readable by their owner only.
-//! 4. A certificate that somebody else made is read again when its files change (`files`).
+//!    `NAME.local`, and its present addresses. It is renewed while the bridge runs
+//!    ([`Identity::renew`]).
+//! 3. All files are beside the token; keys are readable by their owner only.
+//! 4. A certificate made by somebody else is read again when its files change (`files`).
 //! 5. The provider is `ring`; TLS 1.2 and 1.3, HTTP/1.1.
 
 mod authority;
@@ -47,25 +48,25 @@ pub struct Identity {
     origin: Origin,
 }
 
-/// What is shown to who connects; another one once it is renewed.
+/// The certificate shown to clients; replaced when it is renewed.
 #[derive(Debug)]
 struct Shown(RwLock<Arc<CertifiedKey>>);
 
-/// Where the certificate is from, and the next one will be.
+/// Where this certificate and the next ones come from.
 #[derive(Clone)]
 enum Origin {
     Own(Own),
     Files(Arc<Files>),
 }
 
-/// The bridge's own authority, and where it lies.
+/// The bridge's own authority, and its folder.
 #[derive(Clone)]
 struct Own {
     folder: PathBuf,
     authority: Arc<Authority>,
 }
 
-/// Why TLS cannot be spoken.
+/// Why TLS cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TlsError {
@@ -77,12 +78,12 @@ pub enum TlsError {
     Pem {
         /// The file.
         path: PathBuf,
-        /// What should stand there.
+        /// What should be in it.
         expected: &'static str,
         /// What is wrong.
         source: pem::Error,
     },
-    /// Certificate and key do not go together, or are of a kind that is unknown.
+    /// Certificate and key do not match, or are of an unknown kind.
     #[error("TLS certificate {}: {source}", path.display())]
     Useless {
         /// The certificate's file.
@@ -90,23 +91,23 @@ pub enum TlsError {
         /// What is wrong.
         source: rustls::Error,
     },
-    /// One half of the bridge's own pair is gone.
+    /// One file of the bridge's own pair is missing.
     #[error("{} is there and {} is not: delete the one, and both are made again", there.display(), missing.display())]
     Half {
-        /// The file that is there.
+        /// The file that exists.
         there: PathBuf,
-        /// The other.
+        /// The missing one.
         missing: PathBuf,
     },
-    /// The certificate beside the bridge's own key is that of another key.
+    /// The certificate beside the bridge's own key belongs to another key.
     #[error("{} is not the certificate of {}: put the right one back, or delete both, and both are made again", cert.display(), key.display())]
     Foreign {
         /// The file of the certificate.
         cert: PathBuf,
-        /// That of the key.
+        /// The file of the key.
         key: PathBuf,
     },
-    /// A key that cannot sign.
+    /// The key cannot sign.
     #[error("TLS file {}: expected a private key in PEM: {source}", path.display())]
     Key {
         /// The file.
@@ -114,7 +115,7 @@ pub enum TlsError {
         /// What is wrong.
         source: rcgen::Error,
     },
-    /// The file of the certificate that the bridge made holds something else.
+    /// The file for the certificate that the bridge made holds something else.
     #[error("TLS file {}: {said}; delete it, and it is made again", path.display())]
     Leaf {
         /// The file.
@@ -185,11 +186,11 @@ impl Identity {
         })
     }
 
-    /// Shows a new certificate from now on, if the one that the bridge made ends soon or names
-    /// other addresses than the machine has, or if the files of another's have changed; whether it
+    /// Shows a new certificate from now on, if the bridge's own one ends soon or no longer names
+    /// the machine's addresses, or if the files of somebody else's have changed. Returns whether it
     /// does.
     ///
-    /// # Errors    [`TlsError`]: none can be made; the old one is shown on.
+    /// # Errors    [`TlsError`]: none can be made; then the old one is still shown.
     pub fn renew(&self) -> Result<bool, TlsError> {
         self.renew_for(&names::all(), time_of_day())
     }
@@ -209,14 +210,15 @@ impl Identity {
         Ok(is_new)
     }
 
-    /// SHA-256 of what a person is to trust, as browsers show it, `AB:01:…`: of the bridge's own
+    /// SHA-256 of what a person should trust, as browsers show it, `AB:01:…`: of the bridge's own
     /// authority, else of the certificate that was read at the start.
     #[must_use]
     pub fn fingerprint(&self) -> &str {
         &self.fingerprint
     }
 
-    /// The certificate of the bridge's own authority, DER; none where the certificate is another's.
+    /// The certificate of the bridge's own authority, DER; none if somebody else made the
+    /// certificate.
     #[must_use]
     pub fn authority(&self) -> Option<&[u8]> {
         match &self.origin {
@@ -254,7 +256,7 @@ fn of_leaf(folder: &Path, leaf: &Leaf) -> Result<CertifiedKey, TlsError> {
     certify(vec![cert], key).map_err(|source| TlsError::Useless { path, source })
 }
 
-/// Since 1970; a clock before that was never set.
+/// Time since 1970; a clock before that was never set.
 fn time_of_day() -> Duration {
     SystemTime::now()
         .duration_since(UNIX_EPOCH)
@@ -323,7 +325,7 @@ mod tests {
         assert!(!renewed(&names, now + 59 * DAY));
         assert!(renewed(&names, now + 61 * DAY));
         assert!(!renewed(&names, now + 61 * DAY));
-        // The clock was set: it has not begun.
+        // The clock was set back: the certificate is not valid yet.
         assert!(renewed(&names, now));
         let mut others = names.clone();
         others.push("192.168.99.7".into());
@@ -352,7 +354,8 @@ mod tests {
         assert!(!theirs.renew().unwrap() && theirs.authority().is_none());
     }
 
-    /// Phones were told to trust it, and it had signed nothing that the bridge shows.
+    /// Regression: phones were told to trust an authority that had signed nothing that the bridge
+    /// shows.
     #[test]
     fn an_authority_that_signs_nothing_here_is_not_offered() {
         let folder = tempfile::TempDir::new().unwrap();

@@ -1,9 +1,9 @@
-//! Tokens: who has one has the right that goes with it ([`crate::rights`]); the bridge's first is
-//! its owner's.
+//! Tokens: whoever has one has the right that belongs to it ([`crate::rights`]); the bridge's first
+//! token is its owner's.
 //!
-//! 256 random bits in hexadecimal, in a file that only its owner can read. It is shown to a person
-//! in the address of the page, behind `#`, where no browser sends it to any server; over the
-//! network goes only a proof made with it ([`slamlab_core::wire::message::proof`]).
+//! A token is 256 random bits in hexadecimal, in a file that only its owner can read. People get it
+//! in the page's address, after `#`, a part that browsers send to no server; only a proof made with
+//! it crosses the network ([`slamlab_core::wire::message::proof`]).
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::secret_file::{self, SecretFileError};
 
 const BYTES: usize = 32;
-/// Shorter ones, 128 bits in hexadecimal, could be guessed some day.
+/// 128 bits in hexadecimal; shorter tokens could be guessed some day.
 const FEWEST_CHARS: usize = 32;
 
 /// A token. It prints as dots.
@@ -22,10 +22,10 @@ pub struct Token(String);
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TokenError {
-    /// It cannot be read or written, or others can read it.
+    /// The file cannot be read or written, or others can read it.
     #[error("token file {0}")]
     File(#[from] SecretFileError),
-    /// It holds no token.
+    /// The file holds no token.
     #[error(
         "token file {} holds no token, and is left as it is: {chars} characters; expected at least {FEWEST_CHARS}, letters and \
          digits only", path.display()
@@ -33,19 +33,19 @@ pub enum TokenError {
     Weak {
         /// The file.
         path: PathBuf,
-        /// How many there are.
+        /// Number of characters in it.
         chars: usize,
     },
     /// The system has no random numbers.
     #[error("the system gives no random numbers: {0}")]
     Random(getrandom::Error),
-    /// There is no place for it.
+    /// There is no default folder for it.
     #[error("neither XDG_CONFIG_HOME nor HOME is set; name a file with --token-file")]
     NoHome,
 }
 
 impl TokenError {
-    /// There is no such file.
+    /// Whether there is no such file.
     #[must_use]
     pub fn is_not_found(&self) -> bool {
         matches!(self, Self::File(error) if error.is_not_found())
@@ -59,7 +59,7 @@ impl fmt::Debug for Token {
 }
 
 impl Token {
-    /// Draws a new one.
+    /// Makes a new random token.
     ///
     /// # Errors    [`TokenError::Random`].
     pub fn random() -> Result<Self, TokenError> {
@@ -68,10 +68,10 @@ impl Token {
         Ok(Self(bytes.map(|byte| format!("{byte:02x}")).concat()))
     }
 
-    /// Reads the file, or makes it with a new token where there is none.
+    /// Reads the file, or makes it with a new token if there is none.
     ///
-    /// # Errors    [`TokenError`]: it cannot be read or made, others can read it, or what it holds
-    /// can be guessed.
+    /// # Errors    [`TokenError`]: the file cannot be read or made, others can read it, or its
+    /// token could be guessed.
     pub fn load_or_create(path: &Path) -> Result<Self, TokenError> {
         match secret_file::read(path) {
             Ok(text) => Self::checked(path, text.trim()),
@@ -82,15 +82,15 @@ impl Token {
 
     /// Reads the file.
     ///
-    /// # Errors    [`TokenError`]: it cannot be read, others can read it, or what it holds can be
-    /// guessed.
+    /// # Errors    [`TokenError`]: the file cannot be read, others can read it, or its token could
+    /// be guessed.
     pub fn load(path: &Path) -> Result<Self, TokenError> {
         Self::checked(path, secret_file::read(path)?.trim())
     }
 
-    /// Writes a new token to the file, in place of the one there; whatever else stands there stays.
+    /// Replaces the token in the file by a new one; a file that holds anything else is left alone.
     ///
-    /// # Errors    [`TokenError`]: it cannot be written, or what stands there is no token.
+    /// # Errors    [`TokenError`]: the file cannot be written, or holds something else.
     pub fn renew(path: &Path) -> Result<Self, TokenError> {
         match secret_file::read(path) {
             Ok(text) => drop(Self::checked(path, text.trim())?),
@@ -118,14 +118,14 @@ impl Token {
         Ok(Self(text.to_owned()))
     }
 
-    /// For the address that a person opens, and for nothing else.
+    /// The token itself: for the address that a person opens, and for nothing else.
     #[must_use]
     pub fn reveal(&self) -> &str {
         &self.0
     }
 }
 
-/// Where the token lies unless somebody says otherwise.
+/// The default path of the token's file.
 ///
 /// # Errors    [`TokenError::NoHome`].
 pub fn default_path() -> Result<PathBuf, TokenError> {
@@ -177,7 +177,7 @@ mod tests {
         }
     }
 
-    /// `token --new --token-file notes.txt` cost the notes.
+    /// Regression: `token --new --token-file notes.txt` overwrote the notes.
     #[test]
     fn what_is_no_token_is_never_overwritten() {
         let folder = tempfile::TempDir::new().unwrap();

@@ -16,7 +16,7 @@ use time::format_description::well_known::Rfc3339;
 use crate::answer::answer;
 use crate::flags::{AddFlags, TokenCommand, TokenFlags};
 
-/// The file of the rights, beside that of the owner's token.
+/// The file of the rights, beside the owner's token file.
 const RIGHTS: &str = "rights.toml";
 
 pub(crate) fn run(flags: TokenFlags) -> anyhow::Result<()> {
@@ -39,7 +39,7 @@ fn show_owner(flags: TokenFlags) -> anyhow::Result<()> {
 
 fn add(flags: AddFlags) -> anyhow::Result<()> {
     let settings = flags.serve.complete()?;
-    // Beside a file that holds no token, no bridge would look for rights.
+    // No bridge would look for rights beside a file that holds no token.
     owner_if_any(&path(&settings)?)?;
     let now = OffsetDateTime::from(SystemTime::now());
     let now = now.replace_nanosecond(0).unwrap_or(now).format(&Rfc3339)?;
@@ -80,7 +80,7 @@ fn revoke(name: &Name, settings: &Settings) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Prints the addresses with the token, and on request one as a picture.
+/// Prints the addresses with the token, and on request one of them as a picture.
 fn show(token: &Token, may: &str, with_picture: bool, settings: &Settings) -> anyhow::Result<()> {
     let tls = settings.tls()?;
     let own = match &tls {
@@ -116,12 +116,12 @@ fn picture(url: &str) -> anyhow::Result<String> {
     Ok(code.render::<qrcode::render::unicode::Dense1x2>().build())
 }
 
-/// The owner's token; made where there is none.
+/// The owner's token; made if there is none.
 pub(crate) fn owner(settings: &Settings) -> anyhow::Result<Token> {
     Ok(Token::load_or_create(&path(settings)?)?)
 }
 
-/// The owner's token; none where there is no such file yet.
+/// The owner's token; none if there is no file yet.
 fn owner_if_any(path: &Path) -> Result<Option<Token>, TokenError> {
     match Token::load(path) {
         Err(error) if error.is_not_found() => Ok(None),
@@ -129,7 +129,7 @@ fn owner_if_any(path: &Path) -> Result<Option<Token>, TokenError> {
     }
 }
 
-/// Where the owner's token is.
+/// The path of the owner's token.
 pub(crate) fn path(settings: &Settings) -> anyhow::Result<PathBuf> {
     match &settings.token_file {
         Some(path) => Ok(path.clone()),
@@ -137,12 +137,12 @@ pub(crate) fn path(settings: &Settings) -> anyhow::Result<PathBuf> {
     }
 }
 
-/// All other rights.
+/// The file of all other rights.
 pub(crate) fn rights(settings: &Settings) -> anyhow::Result<RightsFile> {
     Ok(RightsFile::at(folder(settings)?.join(RIGHTS)))
 }
 
-/// Where the bridge keeps what is its own.
+/// The folder in which the bridge keeps its own files.
 pub(crate) fn folder(settings: &Settings) -> anyhow::Result<PathBuf> {
     let token = path(settings)?;
     let folder = token

@@ -1,9 +1,10 @@
-//! How a phone comes to trust the bridge: a page that explains it, and the authority's certificate.
+//! How a phone learns to trust the bridge: a page that explains it, and the authority's
+//! certificate.
 //!
-//! Both are served in the clear too, for a phone that does not trust the bridge yet cannot read
-//! them otherwise. Nothing there is secret; but whoever sits in between could hand out another
-//! certificate, so the page says with what to compare it: the fingerprint on the robot's own
-//! screen, which is in the QR code too.
+//! Both are also served without TLS, because a phone that does not trust the bridge yet cannot read
+//! them otherwise. Nothing in them is secret; but an attacker in between could hand out another
+//! certificate. So the page says what to compare it with: the fingerprint on the robot's own
+//! screen, which is also in the QR code.
 
 use axum::Router;
 use axum::http::header;
@@ -20,14 +21,14 @@ const STYLE: &str = "/trust.css";
 const HTML: &str = include_str!("trust/trust.html");
 const CSS: &str = include_str!("trust/trust.css");
 
-/// The address that a phone opens first, with the fingerprint of what it is to trust; in the clear.
+/// The address that a phone opens first, without TLS, with the fingerprint of what it should trust.
 #[must_use]
 pub fn address(url: &str, fingerprint: &str) -> String {
     let url = url.trim_end_matches('/').replacen("https://", "http://", 1);
     format!("{url}{PAGE}#sha256={fingerprint}")
 }
 
-/// The routes; none where the certificate is not the bridge's own.
+/// The routes; none if the certificate is not the bridge's own.
 pub(crate) fn routes(identity: Option<&Identity>) -> Router {
     let Some((identity, der)) =
         identity.and_then(|identity| Some((identity, identity.authority()?)))

@@ -1,15 +1,15 @@
-//! A lidar served by the UDP protocol of Pilch's server, so that his application, another bridge
+//! Serves a lidar by the UDP protocol of Pilch's server, so that his application, another bridge
 //! (`--source udp:HOST`) or any script can use it.
 //!
-//! In: datagrams. Out: datagrams. The rules (one client, its heartbeat, paths of a list, rates) are
-//! those of [`slamlab_core::wire::pilch::server`]; here are the socket and the lidar.
+//! In: datagrams. Out: datagrams. The rules (one client, its heartbeat, paths from a list, rates)
+//! are in [`slamlab_core::wire::pilch::server`]; this module has the socket and the lidar.
 //!
-//! 1. Answers go to the address of the client, but to the port that the paper fixes: it listens at
-//!    another than it sends from.
-//! 2. An order to connect opens the lidar at its path; it is brought up, watched and reopened as in
+//! 1. Answers go to the client's address, but to the port fixed by the paper: the client listens at
+//!    another port than it sends from.
+//! 2. An order to connect opens the lidar at its path; it is started, watched and reopened as in
 //!    `serve`.
-//! 3. Readings come from whole scans: beams that hit something, in the order in which they were
-//!    taken. Those of a scan without qualities have that of an express scan.
+//! 3. Readings come from whole scans: the hits, in the order in which they were measured. In a scan
+//!    without qualities, readings get the quality of an express scan.
 //!
 //! The protocol has neither encryption nor authentication: it is off unless asked for.
 
@@ -35,17 +35,17 @@ use crate::source::{self, Running};
 
 pub use line::{UdpAddress, UdpAddressError};
 
-/// The lidar of which the protocol speaks, as a row of the table of devices.
+/// The lidar of this protocol, by its name in the table of devices.
 const LIDAR: &str = "rplidar";
-/// How long a datagram is waited for at a time.
+/// How long one read waits for a datagram.
 const TURN: Duration = Duration::from_millis(10);
-/// Events of the lidar that may wait.
+/// Most events of the lidar that may wait.
 const MOST_WAITING: usize = 64;
 
-/// Serves lidars at these paths to a client that listens at `client_port`, until `stop` is set;
-/// then, and whenever the client is gone, the lidar is stopped.
+/// Serves the lidars at these paths to a client that listens at `client_port`, until `stop` is set.
+/// Then, and whenever the client is gone, the lidar is stopped.
 ///
-/// # Errors    Where the socket does not work any more.
+/// # Errors    If the socket does not work any more.
 fn serve(
     socket: &UdpSocket,
     paths: Vec<String>,
@@ -72,7 +72,7 @@ fn serve(
                 let bytes = datagram.get(..length).unwrap_or_default();
                 desk.server.receive(from.ip(), bytes, now());
             }
-            // Also what an earlier answer met: the client's port was closed.
+            // This may also be the result of an earlier answer: the client's port was closed.
             Err(error) if is_pause(&error) => (),
             Err(error) => return Err(error),
         }
@@ -83,10 +83,10 @@ fn serve(
     Ok(())
 }
 
-/// Serves lidars at these paths of this machine to a client that listens at `client_port`, on a
+/// Serves the lidars at these paths of this machine to a client that listens at `client_port`, on a
 /// thread of its own.
 ///
-/// # Errors    Where the system has no thread left.
+/// # Errors    If the system has no thread left.
 pub fn start(socket: UdpSocket, paths: Vec<String>, client_port: u16) -> io::Result<UdpServer> {
     let stop = Arc::new(AtomicBool::new(false));
     let for_thread = Arc::clone(&stop);
@@ -103,7 +103,7 @@ pub fn start(socket: UdpSocket, paths: Vec<String>, client_port: u16) -> io::Res
     })
 }
 
-/// A server at work; dropping it stops it and its lidar.
+/// A running server; dropping it stops it and its lidar.
 #[derive(Debug)]
 pub struct UdpServer {
     stop: Arc<AtomicBool>,
@@ -121,7 +121,7 @@ impl Drop for UdpServer {
     }
 }
 
-/// Server, socket and lidar.
+/// The server's rules, its socket and the lidar.
 struct Desk<'a> {
     socket: &'a UdpSocket,
     client_port: u16,
@@ -156,7 +156,7 @@ impl Desk<'_> {
         while let Some(event) = self.server.next_event() {
             match event {
                 ServerEvent::Send { to, datagram } => {
-                    // A datagram that is lost is lost: that is what the protocol is made for.
+                    // A lost datagram is not sent again: the protocol allows for losses.
                     if let Err(error) = self
                         .socket
                         .send_to(&datagram, SocketAddr::new(to, self.client_port))
@@ -210,7 +210,7 @@ impl Desk<'_> {
     }
 }
 
-/// Beams that hit something, as the sensor would send them; the first one begins a turn.
+/// The hits, as the sensor would send them; the first one begins a sweep.
 fn nodes(scan: &Scan) -> impl Iterator<Item = Node> {
     let beams = scan.bearings.iter().zip(&scan.ranges).enumerate();
     let hits = beams.filter(|(_, (_, range))| range.is_finite());

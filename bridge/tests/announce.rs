@@ -1,5 +1,5 @@
-//! The bridge is found in the network by whoever browses for it, and says goodbye. On loopback, at
-//! a port of the test's own: nothing of it leaves the machine.
+//! The bridge is found by browsing the network, and says goodbye. The test uses loopback and a port
+//! of its own: nothing leaves the machine.
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
 #![cfg(target_os = "linux")] // elsewhere loopback may have no multicast
@@ -12,7 +12,7 @@ use slamlab_bridge::announce::{Announcement, SERVICE, announce};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Waits for the event that `wanted` takes something from.
+/// Waits for an event from which `wanted` returns something.
 fn wait<T>(events: &Receiver<ServiceEvent>, wanted: impl Fn(ServiceEvent) -> Option<T>) -> T {
     let until = Instant::now() + PATIENCE;
     loop {

@@ -1,4 +1,4 @@
-//! The program itself: it says where it is, stops when asked, and fails with a sentence.
+//! The program itself: it prints its address, stops when asked, and fails with a sentence.
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
 
@@ -78,7 +78,7 @@ fn it_prints_its_address_and_ends_well_when_terminated() {
 }
 
 #[cfg(unix)]
-/// As systemd and Ctrl + C of a container do.
+/// As systemd does, or Ctrl+C on a container.
 fn terminate(child: &Child) {
     let mut kill = Command::new("kill");
     let status = kill.args(["-TERM", &child.id().to_string()]).status();
@@ -160,7 +160,7 @@ fn config_prints_the_file_with_the_flags_above_it() {
     );
 }
 
-/// What systemd is told of a program.
+/// What a program reports to systemd.
 #[cfg(target_os = "linux")]
 struct Told {
     folder: TempDir,
@@ -196,7 +196,7 @@ impl Told {
         }
     }
 
-    /// Served, alive, ending.
+    /// Expects ready, alive and stopping, in this order.
     fn lives_and_ends(&self, mut child: Child) {
         self.hear("READY=1");
         self.hear("WATCHDOG=1");
@@ -214,7 +214,7 @@ fn systemd_is_told_that_it_serves_lives_and_ends() {
     told.lives_and_ends(told.by(&mut bridge(&["--port", "0"], &page)));
 }
 
-/// It warns at once: it is open to the network.
+/// A bridge that logs a warning at once, because it is open to the network.
 #[cfg(target_os = "linux")]
 fn talkative(page: &TempDir, token: &TempDir) -> Command {
     let listen = [
@@ -235,7 +235,7 @@ fn a_log_that_nobody_reads_keeps_the_robot_waiting_for_nothing() {
     use std::io::Write;
 
     let (told, page, token) = (Told::new(), page(), TempDir::new().unwrap());
-    // As much as a pipe holds: what is written to it next waits for ever.
+    // Fill the pipe: the next write to it blocks for ever.
     let (_reader, mut full) = std::io::pipe().unwrap();
     full.write_all(&[b'.'; 65_536]).unwrap();
     told.lives_and_ends(told.by(talkative(&page, &token).stderr(full)));
@@ -365,7 +365,7 @@ fn a_bridge_does_not_begin_with_rights_that_it_cannot_read() {
     );
 }
 
-/// A robot whose token lies in the folder.
+/// A bridge with a robot whose token is in the folder.
 fn robot(folder: &TempDir, page: &TempDir, more: &[&str]) -> Command {
     let token = folder.path().join("token").display().to_string();
     let serve = ["--port", "0", "--token-file", &token];

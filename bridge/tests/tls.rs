@@ -1,4 +1,4 @@
-//! The bridge over TLS: page, WebSocket, and what is not let in.
+//! The bridge over TLS: page, WebSocket, and what is refused.
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
 
@@ -24,7 +24,7 @@ use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::{self, Message};
 
-/// What the machine's load cannot make too short.
+/// A timeout long enough for any load of the machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 struct Bridge {
@@ -89,7 +89,7 @@ impl Bridge {
 async fn ask(stream: &mut (impl AsyncReadExt + AsyncWriteExt + Unpin), request: &str) -> String {
     stream.write_all(request.as_bytes()).await.unwrap();
     let mut bytes = vec![];
-    // The far end may leave without TLS's own goodbye.
+    // The other end may close without TLS's own goodbye.
     let _ = stream.read_to_end(&mut bytes).await;
     String::from_utf8_lossy(&bytes).into_owned()
 }
@@ -159,8 +159,8 @@ async fn a_websocket_opens_from_the_page_that_came_over_tls_only() {
     }
 }
 
-/// By somebody else's reading of RFC 5280: chain, names, extensions, and that the authority vouches
-/// for nothing outside.
+/// An independent implementation of RFC 5280 checks chain, names, extensions, and that the
+/// authority cannot vouch for names outside its limits.
 #[test]
 fn openssl_takes_the_chain_for_a_server_of_these_names_and_for_nothing_else() {
     use std::process::Command;
@@ -229,7 +229,7 @@ async fn who_comes_in_the_clear_is_sent_to_the_right_address_and_told_nothing_el
     let location = format!("location: https://localhost:{port}/bridge.json?a=1\r\n");
     assert!(answer.to_lowercase().contains(&location), "{answer}");
     assert!(!answer.contains("sim:arena"), "{answer}");
-    // But for what a phone needs that does not trust it yet.
+    // Except for what a phone needs that does not trust the bridge yet.
     let mut stream = TcpStream::connect(bridge.address).await.unwrap();
     let page = ask(&mut stream, &bridge.request("/trust")).await;
     let fingerprint = Identity::load_or_make(bridge.folder.path()).unwrap();
@@ -243,7 +243,7 @@ async fn who_comes_in_the_clear_is_sent_to_the_right_address_and_told_nothing_el
         certificate.contains("application/x-x509-ca-cert"),
         "{certificate}"
     );
-    // No foreign name is a place to be sent to.
+    // Nobody is redirected to a foreign name.
     let mut stream = TcpStream::connect(bridge.address).await.unwrap();
     let request = "GET / HTTP/1.1\r\nHost: rebound.example\r\nConnection: close\r\n\r\n";
     let answer = ask(&mut stream, request).await;
@@ -257,7 +257,7 @@ async fn a_handshake_that_dawdles_is_ended_and_garbage_is_survived() {
         ..Limits::default()
     };
     let bridge = Bridge::start(limits).await;
-    // Nothing at all; half a handshake; a handshake that is none.
+    // Nothing at all; half a handshake; an invalid handshake.
     for bytes in [&b""[..], &[22, 3, 1, 2, 0, 1], &[22; 2000]] {
         let mut stream = TcpStream::connect(bridge.address).await.unwrap();
         stream.write_all(bytes).await.unwrap();

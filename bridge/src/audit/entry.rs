@@ -1,4 +1,4 @@
-//! What stands in the audit.
+//! The entries of the audit.
 
 use serde::Serialize;
 use slamlab_core::wire::message::{DisarmReason, Right, Role};
@@ -10,7 +10,7 @@ use crate::access_log::Peer;
 pub(crate) struct Who {
     /// Of the connection.
     client: u32,
-    /// Name of the right; none for the first token, and for who has none.
+    /// Name of the right; empty for the owner's first token and for a client without a right.
     #[serde(skip_serializing_if = "String::is_empty")]
     name: String,
     role: Role,
@@ -38,13 +38,13 @@ impl Who {
 pub(crate) enum What {
     /// The bridge begins to serve.
     Begins { version: &'static str },
-    /// Somebody got the right to drive.
+    /// A client got the lease.
     Lease { who: Who },
-    /// It has it no longer.
+    /// The client lost or gave back the lease.
     LeaseEnds { who: Who },
-    /// The robot moves on its commands, from now on.
+    /// From now on the robot moves on this client's commands.
     Drives { who: Who },
-    /// And no longer: why, and who stopped it, where somebody did.
+    /// The robot no longer moves on them: why, and who stopped it, if somebody did.
     Stops {
         who: Option<Who>,
         cause: DisarmReason,
@@ -58,25 +58,25 @@ pub(crate) enum What {
         #[serde(skip_serializing_if = "Option::is_none")]
         by: Option<Who>,
     },
-    /// And may run again.
+    /// The motors may run again.
     EmergencyReset {
         #[serde(skip_serializing_if = "Option::is_none")]
         by: Option<Who>,
     },
     /// Somebody pressed a stop that changed nothing.
     StopAgain { by: Who },
-    /// A connection that the bridge ended, or did not let in.
+    /// A connection that the bridge ended or refused.
     Refused {
         #[serde(serialize_with = "as_text")]
         from: Peer,
         code: u16,
         why: &'static str,
     },
-    /// A right was taken away while it was used.
+    /// A right was taken away while it was in use.
     Revoked { who: Who },
     /// The bridge's own map was begun anew.
     MapReset { who: Who },
-    /// Somebody said where the robot may be; 0 zones: everywhere.
+    /// Somebody set the geofence; with 0 zones the robot may be everywhere.
     GeofenceSet { who: Who, zones: usize },
     /// The bridge ends.
     Ends,
@@ -86,7 +86,7 @@ fn as_text<S: serde::Serializer>(peer: &Peer, to: S) -> Result<S::Ok, S::Error> 
     to.collect_str(peer)
 }
 
-/// A line.
+/// A line of the file.
 #[derive(Serialize)]
 pub(super) struct Line<'a> {
     /// UTC.

@@ -1,4 +1,4 @@
-//! What the changes of the state of safety mean for the audit.
+//! Turns changes of the safety state into entries of the audit.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use slamlab_core::wire::message::{SafetyBody, ToBridge};
 
 use super::{What, Who};
 
-/// What was told last, and by whom.
+/// The last safety state, and who drove in it.
 #[derive(Debug, Default)]
 pub(crate) struct Story {
     state: SafetyBody,
@@ -15,13 +15,14 @@ pub(crate) struct Story {
 }
 
 impl Story {
-    /// Whether such a stop changes nothing.
+    /// Whether this stop changes nothing.
     pub(crate) fn stands(&self, message: &ToBridge) -> bool {
         let cuts_off = matches!(message, ToBridge::EmergencyStop);
         !self.state.armed && (self.state.emergency || !cuts_off)
     }
 
-    /// Takes the new state; `by` sent the message that led to it, `driver` has the lease in it.
+    /// Takes the new state and returns its entries. `by` sent the message that led to it, `driver`
+    /// has the lease in it.
     pub(crate) fn goes_on(
         &mut self,
         now: Duration,
@@ -60,7 +61,7 @@ impl Story {
     }
 }
 
-/// To milliseconds.
+/// In seconds, rounded to milliseconds.
 fn rounded(duration: Duration) -> f64 {
     (1e3 * duration.as_secs_f64()).round() / 1e3
 }

@@ -1,4 +1,4 @@
-//! What stands in the audit, and that it stays within its budget.
+//! The entries of the audit, and that it stays within its budget.
 
 use std::fs;
 use std::path::{Path, PathBuf};

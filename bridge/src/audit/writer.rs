@@ -1,5 +1,5 @@
-//! The audit's thread: writes lines, begins another file where one is long or old enough, and tries
-//! again where the disk takes nothing.
+//! The audit's thread: writes lines, begins a new file when the current one is long or old enough,
+//! and tries again when the disk accepts no writes.
 
 use std::fs::File;
 use std::io::{self, Write as _};
@@ -12,16 +12,16 @@ use std::time::{Duration, Instant};
 use crate::record::RecordError;
 use crate::record::pieces::{Files, Keep, Pieces};
 
-/// Lines that are written at once.
+/// Most lines per write.
 const MOST_AT_ONCE: usize = 64;
-/// Between two tries, where the disk takes nothing.
+/// Interval between tries while the disk accepts no writes.
 const TRY_AGAIN: Duration = Duration::from_secs(5);
 
-/// The thread's end.
+/// The thread's end of the queue.
 pub(super) struct Writer {
     pieces: Files,
     keep: Keep,
-    /// None while the disk takes nothing.
+    /// None while the disk accepts no writes.
     file: Option<(File, PathBuf)>,
     length: u64,
     begun: Instant,
@@ -32,13 +32,13 @@ pub(super) struct Writer {
 /// What became of the lines.
 #[derive(Debug, Default)]
 pub(super) struct Fate {
-    /// Why nothing more is written; none while all is well.
+    /// Why nothing is being written; none while all is well.
     pub(super) fault: Mutex<Option<String>>,
     pub(super) lost: AtomicU64,
 }
 
 impl Writer {
-    /// With a first file.
+    /// Starts the thread with a first file.
     pub(super) fn start(
         mut pieces: Files,
         keep: Keep,
@@ -69,7 +69,7 @@ impl Writer {
                 self.fate.lost.fetch_add(count, Ordering::Relaxed);
                 continue;
             };
-            // Each line may be the last before the power goes.
+            // Force each line to the disk: it may be the last one before a power cut.
             match file
                 .write_all(lines.as_bytes())
                 .and_then(|()| file.sync_data())
@@ -89,7 +89,7 @@ impl Writer {
         }
     }
 
-    /// Begins another file where this one is long or old enough, or there is none.
+    /// Begins a new file if this one is long or old enough, or there is none.
     fn turn_over(&mut self) {
         let is_due = match &self.file {
             Some(_) => {
@@ -109,14 +109,14 @@ impl Writer {
             Ok(None) => (),
             Err(error) => {
                 self.next_try = Instant::now() + TRY_AGAIN;
-                // Better too long a file than none.
+                // A file that is too long is better than none.
                 self.begun = Instant::now();
                 self.say(Some(error.to_string()));
             }
         }
     }
 
-    /// The hub tells everybody, and logs it.
+    /// Sets the fault, which the hub logs and tells all clients.
     fn say(&self, why: Option<String>) {
         let fault = &self.fate.fault;
         *fault.lock().unwrap_or_else(PoisonError::into_inner) = why;

@@ -4,20 +4,20 @@ use std::fmt;
 
 use slamlab_core::device::{Kind, UsbAdapter};
 
-/// What came of a device while it was watched.
+/// What a device sent while it was watched.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measured {
-    /// For how long data came, s.
+    /// How long data came, s.
     pub seconds: f64,
-    /// Scans.
+    /// Number of scans.
     pub scans: u64,
-    /// Scans a second, by their own stamps.
+    /// Scans per second, by their own stamps.
     pub scans_per_second: f64,
-    /// Beams of a scan.
+    /// Beams of the last scan.
     pub beams: usize,
-    /// Readings of the odometry.
+    /// Number of odometry readings.
     pub odometries: u64,
-    /// Frames that came damaged.
+    /// Frames that arrived damaged.
     pub damaged: u64,
     /// Bytes that belonged to no frame.
     pub skipped: u64,
@@ -28,13 +28,13 @@ pub struct Measured {
 pub struct Finding {
     /// The port.
     pub path: String,
-    /// What answers.
+    /// The kind of device that answers.
     pub kind: Option<&'static Kind>,
-    /// The USB adapter of the port, where it is one that usually comes with a device that is known.
+    /// The USB adapter of the port, if it is one that usually comes with a known device.
     pub adapter: Option<UsbAdapter>,
-    /// What it says that it is.
+    /// The model that the device reports.
     pub model: String,
-    /// How it works.
+    /// How well it works.
     pub measured: Measured,
     /// What is wrong, why, and what helps, each a sentence; empty where all is well.
     pub problems: Vec<String>,

@@ -1,14 +1,13 @@
-//! Looks at serial ports and says what is there, how well it works, and what to do where it does
-//! not.
+//! Examines serial ports and says what is there, how well it works, and what to do if it does not.
 //!
-//! In: ports by name, or all of the machine. Out: a [`Finding`] for each, to be printed.
+//! In: ports by name, or all ports of the machine. Out: a [`Finding`] for each, to be printed.
 //!
-//! 1. Each port is opened at the rate of each device that is known, the robot first: opening may
-//!    have reset it, and its boot loader must hear nothing foreign. What answers as itself is that
-//!    device.
-//! 2. The very same code as in `serve` then brings the device up and runs it for some seconds;
-//!    faults it names with their cures, and what came is counted: scans, odometry, damaged frames,
-//!    bytes that belong to none.
+//! 1. Each port is opened at the baud rate of each known device, the robot's first: opening may
+//!    have reset the robot, and its boot loader must receive no foreign bytes. A device is
+//!    recognised when it answers in its own protocol.
+//! 2. The same code as in `serve` then starts the device and runs it for some seconds. It names
+//!    faults with their cures; scans, odometry, damaged frames and bytes outside frames are
+//!    counted.
 //! 3. The device is stopped and the port closed.
 
 mod finding;
@@ -27,16 +26,16 @@ pub use finding::{Finding, Measured};
 use crate::serial::OpenError;
 use visit::{Visit, visit};
 
-/// For a device that answers to say so: greetings to a robot take longest.
+/// Time for a device to answer when asked: greeting a robot takes longest.
 const TO_ANSWER: Duration = Duration::from_millis(3_200);
-/// For a sensor that speaks unasked.
+/// Time for a sensor that sends unasked to be heard.
 const TO_SPEAK: Duration = Duration::from_millis(800);
-/// For a device that answered to show how it works, or what is wrong.
+/// Time for a device that answered to show how well it works, or what is wrong.
 const TO_WORK: Duration = Duration::from_secs(6);
 
 /// Serial ports of this machine.
 ///
-/// # Errors    Where the system does not tell.
+/// # Errors    If the system does not list them.
 pub fn ports() -> Result<Vec<String>, serialport::Error> {
     let ports = serialport::available_ports()?.into_iter();
     let mut names: Vec<String> = ports.map(|port| port.port_name).collect();
@@ -44,7 +43,7 @@ pub fn ports() -> Result<Vec<String>, serialport::Error> {
     Ok(names)
 }
 
-/// Looks at one port. Takes up to a quarter of a minute.
+/// Examines one port. Takes up to 15 s.
 #[must_use]
 pub fn examine(path: &str) -> Finding {
     Finding {
@@ -73,7 +72,7 @@ fn find(path: &str) -> Finding {
     others.finding(path)
 }
 
-/// The adapter of a port, where it is one that usually comes with a device that is known.
+/// The adapter of a port, if it is one that usually comes with a known device.
 fn adapter(path: &str) -> Option<UsbAdapter> {
     let ports = serialport::available_ports().ok()?;
     let port = ports.into_iter().find(|port| port.port_name == path)?;
@@ -86,7 +85,7 @@ fn adapter(path: &str) -> Option<UsbAdapter> {
         .copied()
 }
 
-/// A port that does not open.
+/// The finding of a port that does not open.
 fn closed(path: &str, error: &OpenError) -> Finding {
     Finding {
         path: path.into(),
@@ -95,7 +94,7 @@ fn closed(path: &str, error: &OpenError) -> Finding {
     }
 }
 
-/// A device that said what it is.
+/// The finding of a device that said what it is.
 fn met(path: &str, kind: &'static Kind, seen: &Visit) -> Finding {
     let mut problems: Vec<String> = seen.broken.iter().cloned().collect();
     if seen.state == DeviceState::Fault || !seen.detail.is_empty() {
@@ -116,20 +115,20 @@ fn met(path: &str, kind: &'static Kind, seen: &Visit) -> Finding {
     }
 }
 
-/// More damage than a good line does.
+/// The problem to report if the line damages more than a good one does.
 fn noise(measured: &Measured) -> Option<String> {
-    // Up to a whole frame is lost where one began to listen in its middle.
+    // Up to a whole frame is lost if listening began in its middle.
     let is_noisy = measured.damaged > 2 && measured.skipped > 200;
     is_noisy.then(|| words::noisy(measured))
 }
 
-/// What came of a port on which nothing said what it is.
+/// What came from a port on which no device said what it is.
 #[derive(Debug, Default)]
 struct Others {
     bytes: u64,
-    /// A robot without a program, and what was heard of it.
+    /// A robot without firmware, and what its boot loader sent.
     boot_loader: Option<(&'static Kind, String)>,
-    /// Text that was read, and at which rate.
+    /// Text that was read, and the baud rate at which it was.
     text: Option<(u32, String)>,
     broken: Option<String>,
 }

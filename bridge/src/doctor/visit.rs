@@ -9,30 +9,30 @@ use super::finding::Measured;
 use crate::serial::{Channel as _, Device, Line, OpenError, PortSettings, Received, Want, note};
 use crate::source::SourceEvent;
 
-/// How long the line is waited for at a time.
+/// How long one read waits for bytes.
 const TURN: Duration = Duration::from_millis(5);
 /// Scans, or readings of odometry, that are enough.
 const ENOUGH_SCANS: u64 = 10;
 const ENOUGH_ODOMETRIES: u64 = 100;
-/// First bytes that are kept, to see whether they are text.
+/// Number of first bytes that are kept, to see whether they are text.
 const MOST_KEPT: usize = 256;
-/// Bytes of text that are enough to know it for text, and the longest piece of it that is shown.
+/// Bytes of text needed to call it text, and the longest piece of it that is shown.
 const ENOUGH_TEXT: usize = 16;
 const LONGEST_TEXT: usize = 60;
-/// For a stop to go out before the port closes.
+/// Time for a stop to be sent before the port closes.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 
-/// What came of it.
+/// What came from the device.
 #[derive(Debug, Default)]
 pub(super) struct Visit {
-    /// What the device says that it is; empty where none did.
+    /// The model that the device reports; empty if none did.
     pub(super) model: String,
     /// Cause and cure of the last fault.
     pub(super) detail: String,
     pub(super) state: DeviceState,
     /// Why the line broke.
     pub(super) broken: Option<String>,
-    /// Bytes that came.
+    /// Number of bytes received.
     pub(super) bytes: u64,
     /// The first of them.
     first: Vec<u8>,
@@ -42,13 +42,13 @@ pub(super) struct Visit {
     odometries: u64,
     /// Damaged frames and stray bytes.
     damage: [u64; 2],
-    /// Damage when data began to come: what is heard in the middle of a frame is not the line's
-    /// fault.
+    /// Damage at the moment when data began: listening that begins in the middle of a frame is not
+    /// the line's fault.
     damage_before: [u64; 2],
 }
 
-/// Opens the device's line and lets it work: up to `to_answer` until it says something of itself,
-/// then up to `to_work` until enough came or it is in fault.
+/// Opens the device's line and lets it work: waits up to `to_answer` until it identifies itself,
+/// then up to `to_work` until enough data came or it is in fault.
 ///
 /// # Errors    Why the port does not open.
 pub(super) fn visit(
@@ -116,7 +116,7 @@ impl Visit {
         }
     }
 
-    /// What came, where it is text: its first line that is not empty.
+    /// The first non-empty line of what came, if it is text.
     pub(super) fn text(&self) -> Option<String> {
         let is_text = |byte: &u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
         let text = str::from_utf8(&self.first).ok()?;
@@ -125,7 +125,7 @@ impl Visit {
         is_text.then(|| line.chars().take(LONGEST_TEXT).collect())
     }
 
-    /// Whether the device said nothing of itself, nor its boot loader.
+    /// Whether neither the device nor its boot loader has said anything.
     fn is_silent(&self) -> bool {
         self.model.is_empty() && self.detail.is_empty()
     }
@@ -159,7 +159,7 @@ impl Visit {
                 model,
                 detail,
             } => {
-                // What is wrong stays said when the device is stopped after it.
+                // Keep the fault when the device is then stopped.
                 if !(self.state == DeviceState::Fault
                     && detail.is_empty()
                     && state == DeviceState::Waiting)

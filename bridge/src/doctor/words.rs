@@ -1,14 +1,14 @@
-//! What the doctor itself says, beside what ports and devices say of themselves: each with its
-//! cure. All of it stands in `bridge/GUIDE.md`, and the test below holds that.
+//! What the doctor itself says, in addition to what ports and devices report: each with its cure.
+//! All of it is in `bridge/GUIDE.md`; the test below checks that.
 
 use slamlab_core::device::{Kind, Probe};
 
 use super::finding::Measured;
 
-/// Of a device that said what it is, and nothing else.
+/// For a device that identified itself and sent nothing else.
 pub(super) const SENDS_NOTHING: &str = "it answers, but sends no data";
 
-/// Of a port on which nothing came, at these rates; of the listeners only one wire is needed.
+/// For a port on which nothing came at these rates; `listeners` need one wire only.
 pub(super) fn nothing_answers(rates: &str, listeners: &str) -> String {
     format!(
         "nothing answers at {rates} baud: the device has no power, or TX and RX are swapped or loose; of an \
@@ -16,14 +16,14 @@ pub(super) fn nothing_answers(rates: &str, listeners: &str) -> String {
     )
 }
 
-/// Of a port on which something came that nobody understands.
+/// For a port on which no known device was recognised in what came.
 pub(super) fn unknown(bytes: u64, rates_of_kinds: &str) -> String {
     format!(
         "{bytes} bytes came, but nothing that slamlab knows: another device, or another baud rate than {rates_of_kinds}"
     )
 }
 
-/// Of a port on which text came.
+/// For a port on which text came.
 pub(super) fn speaks_text(rate: u32, text: &str) -> String {
     format!(
         "text comes at {rate} baud (\"{text}\"), but nothing that slamlab knows: a console, or a robot with another \
@@ -41,13 +41,13 @@ pub(super) fn rates() -> String {
     )
 }
 
-/// The same, each with whose it is.
+/// The same, each with the devices that use it.
 pub(super) fn rates_of_kinds() -> String {
     let of_kind = |kind: &&Kind| format!("{} ({})", kind.baud_rate, kind.title);
     list(Kind::in_order_of_trial().iter().map(of_kind), "and")
 }
 
-/// Titles of the kinds that take no bytes.
+/// Titles of the kinds that are never sent any bytes.
 pub(super) fn listeners() -> String {
     let kinds = Kind::distinct().filter(|kind| kind.probe == Probe::Listen);
     list(kinds.map(|kind| kind.title.to_owned()), "or")
@@ -63,7 +63,7 @@ fn list(items: impl Iterator<Item = String>, last: &str) -> String {
     }
 }
 
-/// Of a line that damages more than a good one does.
+/// For a line that damages more than a good one does.
 pub(super) fn noisy(measured: &Measured) -> String {
     format!(
         "the line is noisy ({} damaged frames in {:.1} s): use a shorter cable, connect the grounds, keep it away from \

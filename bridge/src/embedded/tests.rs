@@ -1,4 +1,4 @@
-//! The handler against a small page that is really embedded: `bridge/tests/page`.
+//! Tests the handler on a small page that is really embedded: `bridge/tests/page`.
 
 use std::io::Read as _;
 
@@ -53,7 +53,7 @@ async fn each_file_has_its_type_and_the_root_is_the_index() {
     );
 }
 
-/// What Node's zlib packed into `main-Q3KX7ABC.js.br`.
+/// The content that Node's zlib compressed into `main-Q3KX7ABC.js.br`.
 fn script() -> String {
     "export const walls = [];\n".repeat(40)
 }
@@ -95,7 +95,7 @@ async fn the_smallest_form_that_the_browser_takes_is_sent() {
             _ => assert_eq!(body, script().as_bytes(), "{offered}"),
         }
     }
-    // A file that did not shrink goes as it is.
+    // A file that did not shrink is sent as it is.
     let answer = ask("/a.wasm", &[(header::ACCEPT_ENCODING, "br, gzip")]).await;
     assert_eq!(head(&answer, &header::CONTENT_ENCODING), "");
 }
@@ -110,7 +110,7 @@ async fn a_form_is_made_once() {
     let ask = || Arc::clone(&page).answer(&Method::GET, "/main-Q3KX7ABC.js", &headers);
     let first = bytes(ask().await).await;
     assert_eq!(page.gzipped().len(), 1);
-    // What is kept is what is sent.
+    // The cached form is sent.
     let kept = Bytes::from_static(b"kept");
     page.gzipped().insert("main-Q3KX7ABC.js".into(), kept);
     assert_eq!(bytes(ask().await).await, b"kept");
@@ -129,7 +129,7 @@ async fn what_the_browser_has_is_not_sent_again() {
         let answer = ask("/a.wasm", &[(header::IF_NONE_MATCH, other)]).await;
         assert_eq!(answer.status(), StatusCode::OK, "{other}");
     }
-    // Another form is another content.
+    // Each form has its own `ETag`.
     let mut marks = vec![];
     for offered in ["br", "gzip", ""] {
         let answer = ask("/main-Q3KX7ABC.js", &[(header::ACCEPT_ENCODING, offered)]).await;

@@ -20,12 +20,12 @@ pub(super) enum Request {
     Unsubscribe {
         subscription_ids: Vec<u32>,
     },
-    /// Whatever is not for watching.
+    /// Any operation that is not for watching.
     #[serde(other)]
     Other,
 }
 
-/// A number of the client for a channel of ours.
+/// The client's number for one of our channels.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Subscription {
@@ -33,13 +33,13 @@ pub(super) struct Subscription {
     pub(super) channel_id: u32,
 }
 
-/// What is sent to it.
+/// What is sent to a client.
 #[derive(Debug, Serialize)]
 #[serde(tag = "op", rename_all = "camelCase")]
 pub(super) enum Reply<'a> {
     ServerInfo {
         name: &'static str,
-        /// None: nobody publishes, calls or sets anything here.
+        /// Empty: clients cannot publish, call or set anything here.
         capabilities: [&'static str; 0],
     },
     Advertise {
@@ -71,7 +71,7 @@ impl Reply<'_> {
         }
     }
 
-    /// A channel's number is its place.
+    /// A channel's number is its index in `topics`.
     pub(super) fn advertise(topics: &[Topic]) -> Self {
         let channel = |(id, topic): (usize, &Topic)| Channel {
             id: id as u32,

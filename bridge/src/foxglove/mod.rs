@@ -1,15 +1,15 @@
-//! A read-only endpoint for Foxglove and whoever speaks its WebSocket protocol (Lichtblick, the
-//! Foxglove SDK).
+//! A read-only endpoint for Foxglove and other tools that speak its WebSocket protocol (Lichtblick,
+//! the Foxglove SDK).
 //!
 //! In: what every watcher gets. Out: `/scan`, `/points`, `/odom` and `/tf` as ROS 2 messages, and
-//! `/map` and `/pose` where the bridge maps, to those who asked for them.
+//! `/map` and `/pose` if the bridge maps, to the clients that subscribed.
 //!
-//! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates: host, origin, number
-//!    and size. It is off by default. Where watching needs the token there is none, for this
-//!    protocol has no place for a proof.
-//! 2. To the hub its client is a watcher like any other, which can never drive: newest readings
-//!    first, odometry joined.
-//! 3. What a client asks for beyond watching is answered by a status message, and has no effect.
+//! 1. It is served on the bridge's own port, at [`PATH`], behind the same checks: host, origin,
+//!    number and size. It is off by default. If watching needs the token, the endpoint refuses
+//!    everybody, because this protocol has no place for a proof.
+//! 2. To the hub its client is an ordinary watcher, which can never drive: newest readings first,
+//!    odometry joined.
+//! 3. Any request beyond watching is answered by a status message and has no effect.
 //!
 //! Source: Foxglove WebSocket protocol v1 (github.com/foxglove/ws-protocol, docs/spec.md);
 //! `foxglove.sdk.v1` is the name under which newer clients ask for the same.
@@ -30,10 +30,10 @@ use message::{Reply, Request};
 
 /// Path of the endpoint.
 pub(crate) const PATH: &str = "/foxglove";
-/// What is offered, the better first.
+/// The subprotocols offered, the preferred one first.
 pub(crate) const PROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 
-/// Those of a bridge that maps come last.
+/// The topics; those that only a mapping bridge has come last.
 const TOPICS: [Topic; 6] = [
     Topic::Scan,
     Topic::Points,
@@ -42,9 +42,9 @@ const TOPICS: [Topic; 6] = [
     Topic::Pose,
     Topic::Map,
 ];
-/// How many of them there are without a map.
+/// The number of topics without a map.
 const WITHOUT_MAP: usize = 4;
-/// Subscriptions of one client.
+/// Most subscriptions of one client.
 const MOST_SUBSCRIPTIONS: usize = 64;
 
 /// Serves a client to its end.
@@ -67,7 +67,7 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared, visitor: &Visitor) {
 struct Viewer<'a> {
     adapter: Adapter<'a>,
     shared: &'a Shared,
-    /// Numbers are the client's.
+    /// By the client's own subscription numbers.
     subscriptions: BTreeMap<u32, Topic>,
     odom: Odom,
 }
@@ -94,7 +94,7 @@ impl Viewer<'_> {
         let text = match incoming {
             Incoming::Text(text) => text,
             Incoming::Pong(_) => return Ok(()),
-            // Publications of a client, and calls of services.
+            // Clients send published data and service calls in binary.
             Incoming::Binary => return self.refuse("a binary message"),
         };
         match serde_json::from_str(&text).map_err(|_| Some(MALFORMED))? {
@@ -131,7 +131,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// The map is sent when it changes, and to who asks for it, who may have missed that.
+    /// Sends the map at once to a new subscriber, which may have missed the last change.
     fn send_map(&mut self, topic: Topic) -> Result<(), End> {
         let mapping = self.shared.mapping.as_ref();
         match mapping.and_then(|mapping| mapping.shown().borrow().map.clone()) {
@@ -147,7 +147,7 @@ impl Viewer<'_> {
         self.adapter.send(&Reply::error(&text))
     }
 
-    /// Sends what was subscribed of a message.
+    /// Sends what a message holds for the subscribed topics.
     fn forward(&mut self, message: &FromBridge) -> Result<(), End> {
         let now = self.shared.clock.time_of_day(self.shared.clock.now());
         for (topic, payload) in ros::messages_of(&mut self.odom, message, now) {

@@ -1,5 +1,5 @@
-//! The mapper that the hub has: it is let in as a client that counts as none, what it finds is told
-//! to everybody, and what is asked of its map is done.
+//! The mapper, seen from the hub: it joins as a client that is not counted as one, its results go
+//! to all clients, and requests that concern its map are carried out.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,21 +18,21 @@ use crate::mapping::{self, MapError, Mapping, Ready, Shown, ToHub};
 use crate::rights::Name;
 use crate::safety::ClientId;
 
-/// The mapper, as the hub has it.
+/// The hub's side of the mapper.
 pub(super) struct Mapped {
     pub(super) client: ClientId,
     pub(super) outbox: Arc<Outbox>,
     pub(super) mapping: Arc<Mapping>,
     shown: watch::Receiver<Shown>,
-    /// As everybody was told last.
+    /// What all clients were told last.
     pub(super) told: Shown,
     pub(super) is_broken: bool,
-    /// By which the robot goes home; without one it holds.
+    /// The right by which the robot goes home; without one it holds.
     pub(super) right: Option<Name>,
     pub(super) role: Role,
 }
 
-/// Its thread ends with the hub, however that ends.
+/// The mapper's thread ends with the hub, however the hub ends.
 impl Drop for Mapped {
     fn drop(&mut self) {
         self.outbox.close(GOING_AWAY);
@@ -40,7 +40,7 @@ impl Drop for Mapped {
 }
 
 impl Task {
-    /// Lets the mapper in, as a client that counts as none, and begins to map.
+    /// Lets the mapper join, as a client that is not counted, and begins to map.
     ///
     /// # Errors    [`MapError`]: there is no thread for it.
     pub(crate) fn map(
@@ -73,14 +73,14 @@ impl Task {
         });
         self.hub.maps();
         if let Err(error) = self.hub.fence_in(self.clock.now(), &zones) {
-            // They were looked at when they were read.
+            // The zones were checked when they were read.
             tracing::error!("the geofence: {error}");
         }
         self.act();
         Ok(mapping)
     }
 
-    /// What a right is good for now.
+    /// The role that a right has now.
     fn role_by(&self, right: Option<&Name>) -> Role {
         let rights = self.rights.borrow();
         right
@@ -88,7 +88,7 @@ impl Task {
             .unwrap_or_default()
     }
 
-    /// The mapper may what its right says now.
+    /// Gives the mapper the role that its right has now.
     pub(super) fn follow_right(&mut self, now: Duration) {
         let right = self.mapped.as_ref().and_then(|mapped| mapped.right.clone());
         let role = self.role_by(right.as_ref());
@@ -112,7 +112,8 @@ impl Task {
         self.hub.notify(severity, text);
     }
 
-    /// Tells everybody what the mapper has found. It is not recorded: `export` finds it again.
+    /// Sends the mapper's new results to all clients. They are not recorded: `export` computes them
+    /// again.
     pub(super) fn tell_map(&mut self) {
         let Some(mapped) = &mut self.mapped else {
             return;
@@ -134,7 +135,7 @@ impl Task {
         }
     }
 
-    /// Keeps a geofence that is in force already.
+    /// Saves a geofence that is already in force.
     pub(super) fn keep_geofence(&mut self, client: ClientId, zones: Vec<ZoneBody>) {
         let now = self.clock.now();
         self.note(now, Kind::Map, client, "sets the geofence");
@@ -149,14 +150,14 @@ impl Task {
         }
     }
 
-    /// Begins the map anew, as a client asked that may.
+    /// Begins the map anew, at the request of a client that may do so.
     pub(super) fn reset_map(&mut self, client: ClientId) {
         let is_reset = (self.mapped.as_ref()).is_some_and(|mapped| mapped.mapping.reset());
         if !is_reset {
             return self.send(client, FromBridge::Refused(RefusalReason::NoMap));
         }
         let now = self.clock.now();
-        // It was drawn in the map that is gone; without zones it cannot be wrong.
+        // The geofence was drawn in the map that is gone. Removing all zones cannot fail.
         if let Err(error) = self.hub.fence_in(now, &[]) {
             tracing::error!("the geofence: {error}");
         }
@@ -167,7 +168,7 @@ impl Task {
     }
 }
 
-/// Ends when the mapper has found something; never where there is none.
+/// Ends when the mapper has a new result; never if there is no mapper.
 pub(super) async fn found(mapped: Option<&mut Mapped>) {
     let Some(mapped) = mapped else {
         return std::future::pending().await;

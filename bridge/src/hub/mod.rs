@@ -1,9 +1,9 @@
-//! The task that has the hub ([`slamlab_core::device::hub`]): it brings events, messages and time
-//! in, and does what comes out.
+//! The task that runs the hub ([`slamlab_core::device::hub`]): it feeds in events, messages and
+//! time, and carries out the resulting actions.
 //!
 //! In: events of the sources, messages of the clients. Out: orders to the robot's source, messages
-//! into the clients' outboxes and to the recorder. One task owns everything, so there is nothing to
-//! lock and one order of things. No rule stands here.
+//! into the clients' outboxes and to the recorder. One task owns everything, so nothing needs a
+//! lock and everything happens in one order. The rules are not here.
 
 mod mapped;
 pub(crate) mod outbox;
@@ -32,19 +32,19 @@ use crate::source::{Order, Running, SourceEvent};
 use mapped::{Mapped, found};
 use outbox::Outbox;
 
-/// Messages of clients that wait for the hub; who sends more waits.
+/// Most messages of clients that may wait for the hub; a client that sends more waits.
 pub(crate) const MOST_WAITING: usize = 256;
-/// Between two reports of metrics, of the recording, and to the service manager.
+/// Interval between reports of metrics, of the recording, and to the service manager.
 const REPORT: Duration = Duration::from_secs(1);
 
-/// What a connection has for the hub.
+/// What a connection sends to the hub.
 #[derive(Debug)]
 pub(crate) enum FromClient {
-    /// It has shown who it is, and wants its number.
+    /// The client has shown who it is, and wants its number.
     Joined(NewClient, oneshot::Sender<ClientId>),
     /// A message, and when it came.
     Message(ClientId, Header, ToBridge, Duration),
-    /// The same, of a client that waits for what comes of it.
+    /// The same, from a client that waits for the result.
     Asked(
         ClientId,
         Header,
@@ -52,13 +52,13 @@ pub(crate) enum FromClient {
         Duration,
         oneshot::Sender<Answer>,
     ),
-    /// It ended.
+    /// The connection ended.
     Left(ClientId),
     /// The mapper has a sentence for everybody.
     Notice(Severity, String),
 }
 
-/// What came of a message.
+/// The result of a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Answer {
     Done,
@@ -83,7 +83,7 @@ struct Guest {
     outbox: Arc<Outbox>,
 }
 
-/// What the hub's task is made of.
+/// What the hub's task is built from.
 pub(crate) struct Parts {
     pub(crate) clock: Clock,
     pub(crate) sources: Vec<Running>,
@@ -94,7 +94,7 @@ pub(crate) struct Parts {
     pub(crate) rights: watch::Receiver<Arc<Rights>>,
 }
 
-/// The hub at work, with all that it tells.
+/// The running hub, with everything that it informs.
 pub(crate) struct Task {
     hub: Hub,
     clock: Clock,
@@ -107,12 +107,12 @@ pub(crate) struct Task {
     story: Story,
     rights: watch::Receiver<Arc<Rights>>,
     mapped: Option<Mapped>,
-    /// Whose message is being obeyed.
+    /// The client whose message is being handled.
     asker: Option<ClientId>,
-    /// What each source lacks, as it was logged last.
+    /// The last logged problem of each source.
     lacking: BTreeMap<u8, String>,
     audit_fault: Option<String>,
-    /// As everybody was told last.
+    /// The fault that all clients were told last.
     recording_fault: Option<String>,
     next_report: Duration,
 }
@@ -149,7 +149,7 @@ impl Task {
         }
     }
 
-    /// Runs until `stop` ends; then the robot is stopped, and every connection closed.
+    /// Runs until `stop` ends; then stops the robot and closes every connection.
     pub(crate) async fn run(
         mut self,
         mut events: mpsc::Receiver<(u8, SourceEvent)>,
@@ -159,7 +159,7 @@ impl Task {
         tokio::pin!(stop);
         loop {
             tokio::select! {
-                // Stopping and orders come before readings, of which there are many.
+                // Stopping and clients' messages come before readings, of which there are many.
                 biased;
                 () = &mut stop => break,
                 () = tokio::time::sleep_until(self.deadline()) => self.tick(),
@@ -175,7 +175,7 @@ impl Task {
         self.shut_down();
     }
 
-    /// When it must wake, whatever happens.
+    /// When the task must wake even if nothing happens.
     fn deadline(&self) -> Instant {
         self.clock
             .instant(self.hub.deadline().min(self.next_report))
@@ -191,7 +191,7 @@ impl Task {
         }
     }
 
-    /// Ends what is done by rights that are no more, or are others now.
+    /// Ends what clients do by rights that were removed or changed.
     fn revoke(&mut self) {
         let (now, rights) = (
             self.clock.now(),
@@ -227,7 +227,7 @@ impl Task {
         self.act();
     }
 
-    /// Logs what a device lacks, once: it is tried again and again.
+    /// Logs a device's problem once, although the device is tried again and again.
     fn log_device(&mut self, source: u8, state: DeviceState, detail: &str) {
         let is_missing = matches!(state, DeviceState::Waiting | DeviceState::Fault);
         let Some(running) = self.sources.get(usize::from(source)) else {
@@ -260,7 +260,7 @@ impl Task {
                     peer,
                     outbox,
                 };
-                // A right may be taken away between its proof and this.
+                // A right may have been taken away since its proof.
                 let is_over = (guest.granted.as_ref())
                     .is_some_and(|granted| !self.rights.borrow().holds(granted));
                 if let Some(mapped) = &self.mapped {
@@ -270,7 +270,7 @@ impl Task {
                 if is_over {
                     self.end_right(now, id);
                 }
-                // A connection that ended meanwhile leaves nobody to say so.
+                // If the connection has ended meanwhile, nobody else will report that it left.
                 if answer.send(id).is_err() {
                     self.left(now, id);
                 }
@@ -283,7 +283,7 @@ impl Task {
                 self.asker = Some(id);
                 self.message(now, came, id, header, message);
                 let answer = self.act_and_answer(id);
-                // One that has gone meanwhile needs none.
+                // A client that has gone meanwhile needs no answer.
                 let _ = asker.send(answer);
             }
             FromClient::Left(id) => self.left(now, id),
@@ -323,15 +323,15 @@ impl Task {
         self.guests.remove(&id);
     }
 
-    /// Does what the hub says.
+    /// Carries out the hub's actions.
     fn act(&mut self) {
         while let Some(action) = self.hub.next_action() {
             self.do_one(action);
         }
     }
 
-    /// Does what the hub says after a message of a client that waits for an answer: what would be
-    /// told to it becomes that, and a right that it lacks ends no connection.
+    /// Carries out the hub's actions after a message of a client that waits for an answer: a
+    /// message to this client becomes the answer, and a missing right does not end the connection.
     fn act_and_answer(&mut self, asker: ClientId) -> Answer {
         let mut answer = Answer::Done;
         while let Some(action) = self.hub.next_action() {
@@ -422,7 +422,7 @@ impl Task {
         for guest in self.guests.values() {
             guest.outbox.put(&message);
         }
-        // The mapper reads no words, and would only log them again.
+        // The mapper does not act on notices, and would only log them again.
         if let Some(mapped) = &self.mapped
             && !matches!(*message, FromBridge::Notice(_))
         {
@@ -461,7 +461,7 @@ impl Task {
     }
 }
 
-/// Logs a fault of the last second, of which there is nobody left to be told.
+/// Logs a fault of the last second, when no client is left to be told.
 fn log_untold(what: &str, fault: Option<String>, told: Option<&String>) {
     if let Some(why) = fault.filter(|why| told != Some(why)) {
         tracing::error!("{what}: {why}.");

@@ -1,18 +1,18 @@
-//! What waits to be sent to one client: the newest of each stream, and in order what must not be
-//! lost.
+//! What waits to be sent to one client: the newest message of each stream, and a queue of what must
+//! not be lost.
 //!
 //! In: messages from the hub, at the speed of the robot. Out: messages to the socket, at the speed
 //! of the client.
 //!
 //! 1. Readings and scans have one slot for each stream and source; a newer one replaces the older,
-//!    which is counted. So have the list of devices, the geofence and the state of safety, which
-//!    are told whole: nothing that others do fills a client's queue.
-//! 2. Odometry is joined instead: the motion of what was not sent yet, followed by the new one.
+//!    which is counted as dropped. The list of devices, the geofence and the safety state are sent
+//!    whole, so they have slots too: nothing that other clients do can fill a client's queue.
+//! 2. Odometry is not replaced but joined: the motion not sent yet, followed by the new one.
 //! 3. Everything else is queued in order. A client that lets the queue grow full is too slow, and
 //!    is disconnected.
-//! 4. What is queued goes first, then the state of safety; then the other slots take turns, so that
-//!    a quick stream does not starve the others. A scan takes the odometry that waits with it,
-//!    which goes before: it never comes before the motion that led to it.
+//! 4. The queue goes first, then the safety state; then the other slots take turns, so that a fast
+//!    stream does not starve the others. Waiting odometry is sent just before a scan, so a scan
+//!    never arrives before the motion that led to it.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound;
@@ -24,7 +24,7 @@ use tokio::sync::Notify;
 
 use crate::ending::TOO_SLOW;
 
-/// Queued messages that wait for one client.
+/// Most queued messages for one client.
 const MOST_QUEUED: usize = 64;
 
 /// Shared by the hub, which puts, and the connection, which takes.
@@ -32,7 +32,7 @@ const MOST_QUEUED: usize = 64;
 pub(crate) struct Outbox {
     waiting: Mutex<Waiting>,
     filled: Notify,
-    /// The same for a thread.
+    /// The same for a thread outside the runtime.
     filled_for_thread: Condvar,
 }
 
@@ -40,18 +40,18 @@ pub(crate) struct Outbox {
 struct Waiting {
     queue: VecDeque<Arc<FromBridge>>,
     slots: BTreeMap<Slot, Arc<FromBridge>>,
-    /// Whose turn it was last.
+    /// The slot whose turn it was last.
     last: Option<Slot>,
     dropped: u64,
-    /// Why the connection is to end.
+    /// The close code, if the connection must end.
     close: Option<u16>,
 }
 
 /// A stream of a source.
 type Slot = (Stream, u8);
 
-/// The state of safety has two: that the robot was disarmed must be heard also by who arms again at
-/// the same moment, for it ends what was under way.
+/// The safety state has two slots: a client that arms again at the same moment must still learn
+/// that the robot was disarmed, because that ended what was running.
 const DISARMED: Slot = (Stream::Safety, 0);
 const ARMED: Slot = (Stream::Safety, 1);
 
@@ -86,7 +86,7 @@ pub(crate) enum Next {
 }
 
 impl Outbox {
-    /// Puts a message where it belongs.
+    /// Puts a message into its slot or the queue.
     pub(crate) fn put(&self, message: &Arc<FromBridge>) {
         let mut waiting = self.lock();
         match slot(message) {
@@ -103,7 +103,7 @@ impl Outbox {
         self.notify();
     }
 
-    /// Ends the connection, after what is queued.
+    /// Ends the connection, once the queue is sent.
     pub(crate) fn close(&self, code: u16) {
         let mut waiting = self.lock();
         waiting.close = waiting.close.or(Some(code));
@@ -121,8 +121,8 @@ impl Outbox {
         self.lock().dropped
     }
 
-    /// Waits for what comes next. A connection that ends sends what is queued, and no readings any
-    /// more.
+    /// Waits for what comes next. A connection that ends still sends the queue, but no more
+    /// readings.
     pub(crate) async fn next(&self) -> Next {
         loop {
             let filled = self.filled.notified();
@@ -133,7 +133,7 @@ impl Outbox {
         }
     }
 
-    /// The same for a thread that is not the runtime's; none where nothing comes for so long.
+    /// The same for a thread outside the runtime; none if nothing comes within `longest`.
     pub(crate) fn next_within(&self, longest: Duration) -> Option<Next> {
         let mut waiting = self.lock();
         if let Some(next) = waiting.next() {
@@ -144,8 +144,8 @@ impl Outbox {
         waiting.next()
     }
 
-    /// A thread that panicked holding the lock leaves nothing half done that matters to another
-    /// client.
+    /// A thread that panicked while it held the lock leaves nothing half done that matters to
+    /// another client.
     fn lock(&self) -> MutexGuard<'_, Waiting> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -161,7 +161,7 @@ impl Waiting {
             Some(both) => *old = Arc::new(both),
             None => {
                 *old = message.clone();
-                // Of states only the newest counts: nobody missed a reading.
+                // A replaced state is no dropped reading: only the newest state counts.
                 self.dropped += u64::from(slot.0 > Stream::Devices);
             }
         }
@@ -171,7 +171,7 @@ impl Waiting {
         if let Some(message) = self.queue.pop_front() {
             return Some(Next::Message(message));
         }
-        // Also who is shown out learns of it: it says why the robot was stopped.
+        // Sent before a close, too: it tells the client why the robot was stopped.
         let state = (self.slots.remove(&DISARMED)).or_else(|| self.slots.remove(&ARMED));
         if let Some(state) = state {
             return Some(Next::Message(state));
@@ -191,8 +191,8 @@ impl Waiting {
         self.queue.pop_front().map(Next::Message)
     }
 
-    /// The end of a manoeuvre waits for the scan that belongs to it, but for one only: else a slow
-    /// client would never learn of it.
+    /// The end of a manoeuvre waits for the scan that belongs to it, but only for one: otherwise a
+    /// slow client would never learn of the end.
     fn after_its_scan(&self, slot: Slot) -> Slot {
         let was_scan = self.last.is_some_and(|last| last.0 == Stream::Scan);
         let mut scans = self.slots.keys().filter(|slot| slot.0 == Stream::Scan);
@@ -202,7 +202,7 @@ impl Waiting {
         }
     }
 
-    /// The next slot that is full, after the last one and round again.
+    /// The next full slot after the last one, wrapping around.
     fn turn(&self) -> Option<Slot> {
         let after = self.last.map_or(Bound::Unbounded, Bound::Excluded);
         let mut rest = self.slots.range((after, Bound::Unbounded));
@@ -318,8 +318,8 @@ mod tests {
         assert_eq!(outbox.dropped(), 1);
     }
 
-    /// A quick stream that is always there again must not keep the scans back, nor be overtaken by
-    /// them.
+    /// A fast stream that always has a new message must not hold the scans back, nor be overtaken
+    /// by them.
     #[tokio::test]
     async fn a_scan_gets_its_turn_behind_the_odometry_that_led_to_it() {
         let scan = |stamp| {
@@ -353,7 +353,8 @@ mod tests {
         }
     }
 
-    /// Each took a place in the queue: whoever changed it often enough had everybody thrown out.
+    /// Regression: each change took a place in the queue, so a client that changed the state often
+    /// enough got all others disconnected.
     #[tokio::test]
     async fn of_the_state_of_safety_the_newest_waits_and_goes_first() {
         let state = |armed| {
@@ -371,7 +372,7 @@ mod tests {
         outbox.put(&state(true));
         outbox.close(4009);
         assert_eq!(outbox.dropped(), 0, "nobody missed a reading");
-        // It was disarmed meanwhile.
+        // The robot was disarmed meanwhile.
         assert_eq!(outbox.next().await, Next::Message(state(false)));
         assert_eq!(outbox.next().await, Next::Message(state(true)));
         assert_eq!(outbox.next().await, Next::Close(4009));

@@ -1,5 +1,5 @@
-//! What the hub's task tells beside its clients: log, audit, service manager, and how recording and
-//! audit go.
+//! What the hub's task reports apart from relaying messages: log, audit, service manager, and the
+//! state of recording, mapping and audit.
 
 use std::time::Duration;
 
@@ -42,7 +42,7 @@ impl Task {
         }
     }
 
-    /// Says once where mapping has ended by itself; the robot is driven all the same.
+    /// Reports once if mapping has ended by itself; driving goes on without it.
     fn report_mapping(&mut self) {
         if let Some(mapped) = &mut self.mapped
             && mapped.mapping.is_broken()
@@ -70,7 +70,7 @@ impl Task {
         }
     }
 
-    /// Somebody who is here, for the audit.
+    /// A connected client, for the audit.
     pub(super) fn who(&self, id: ClientId) -> Option<Who> {
         let Some(guest) = self.guests.get(&id) else {
             return self.own(id);
@@ -80,7 +80,7 @@ impl Task {
         Some(Who::new(id, &right, &guest.name, guest.peer))
     }
 
-    /// The mapper, where it has that number.
+    /// The mapper, if the number is its own.
     fn own(&self, id: ClientId) -> Option<Who> {
         let mapped = self.mapped.as_ref().filter(|mapped| mapped.client == id)?;
         let name = mapped.right.as_ref().map_or(String::new(), Name::to_string);
@@ -98,7 +98,7 @@ impl Task {
         }
     }
 
-    /// Writes down what a new state of safety means.
+    /// Writes the audit entries that follow from a new safety state.
     pub(super) fn audit_state(&mut self, state: &SafetyBody) {
         let now = self.clock.now();
         let by = self.asker.and_then(|id| self.who(id));
@@ -108,8 +108,8 @@ impl Task {
         }
     }
 
-    /// Logs what a client does; whether it was not too often. Names are whatever clients call
-    /// themselves.
+    /// Logs what a client does; false if that was too often to be logged. Names are whatever
+    /// clients call themselves.
     pub(super) fn note(&self, now: Duration, kind: Kind, id: ClientId, does: &str) -> bool {
         let Some(Guest {
             name,

@@ -4,8 +4,8 @@
 //! { "zones": [{ "kind": "keep-in", "corners": [[0, 0], [4, 0], [4, 3]] }] }
 //! ```
 //!
-//! Corners are x, y in the frame of the map, m. It is the only place where a fence is kept: drawn
-//! on a page or written by hand, while the bridge does not run.
+//! Corners are x, y in the frame of the map, m. This file is the only place where a fence is kept:
+//! drawn on a page, or written by hand while the bridge is not running.
 
 use std::fs;
 use std::io;
@@ -28,9 +28,9 @@ pub(super) fn beside(map: &Path) -> PathBuf {
     map.with_extension("geofence.json")
 }
 
-/// The zones in it; none where there is no such file.
+/// The zones in the file; none if there is no file.
 ///
-/// # Errors    [`MapError::Fence`]: a fence that cannot be read must not be one that is not there.
+/// # Errors    [`MapError::Fence`]: a fence that cannot be read must not count as no fence.
 pub(super) fn read(map: &Path) -> Result<Vec<ZoneBody>, MapError> {
     let path = beside(map);
     let fault = |why: String| MapError::Fence {
@@ -47,7 +47,7 @@ pub(super) fn read(map: &Path) -> Result<Vec<ZoneBody>, MapError> {
     Ok(content.zones)
 }
 
-/// Keeps these zones; without any there is no file.
+/// Keeps these zones; without any, removes the file.
 pub(super) fn write(map: &Path, zones: &[ZoneBody]) -> io::Result<()> {
     let path = beside(map);
     if zones.is_empty() {

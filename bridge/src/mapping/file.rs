@@ -1,4 +1,4 @@
-//! The file that the map is kept in: read once at the start, and replaced as a whole.
+//! The map's file: read once at the start, then always replaced as a whole.
 
 use std::fs::{self, File};
 use std::io;
@@ -12,11 +12,11 @@ use super::{MapError, fence_file};
 use crate::locked_file;
 use crate::replaced_file::{Readers, check, replace, sync_folder};
 
-/// Maps that were moved aside and may have the same name but for a number.
+/// Most maps moved aside under the same name with a number.
 const MOST_ASIDE: u32 = 10_000;
 
-/// Takes a map's file for one bridge, until what is returned is closed. The map itself is replaced
-/// again and again: what is locked is a file of its own beside it, which stays.
+/// Locks a map's file for one bridge, until the returned file is closed. The map itself is replaced
+/// again and again, so the lock is on a separate file beside it that stays.
 ///
 /// # Errors    [`MapError::Taken`], [`MapError::Io`].
 pub(super) fn lock(path: &Path) -> Result<File, MapError> {
@@ -43,13 +43,13 @@ impl MapFile {
         Self { path }
     }
 
-    /// Its name without the folder.
+    /// The file's name without the folder.
     pub(super) fn name(&self) -> String {
         let name = self.path.file_name().unwrap_or_default();
         name.to_string_lossy().into_owned()
     }
 
-    /// Where it is.
+    /// The file's path.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
@@ -59,13 +59,13 @@ impl MapFile {
         fence_file::beside(&self.path)
     }
 
-    /// What people call its map.
+    /// The map's title: the file's name without its extension.
     pub(super) fn title(&self) -> String {
         let stem = self.path.file_stem().unwrap_or_default();
         stem.to_string_lossy().into_owned()
     }
 
-    /// The map in it; none where there is no such file yet.
+    /// The map in it; none if there is no file yet.
     ///
     /// # Errors    [`MapError::Io`], [`MapError::File`], [`MapError::Foreign`].
     pub(super) fn read(&self) -> Result<Option<Experiment>, MapError> {
@@ -88,7 +88,7 @@ impl MapFile {
         })
     }
 
-    /// Whether a map could be written.
+    /// Checks that a map could be written.
     ///
     /// # Errors    [`MapError::Io`].
     pub(super) fn check_folder(&self) -> Result<(), MapError> {
@@ -97,27 +97,27 @@ impl MapFile {
 
     /// Replaces the file.
     ///
-    /// # Errors    What the system said; then the map before stands there.
+    /// # Errors    What the system said; then the previous map is still there.
     pub(super) fn write(&self, bytes: &[u8]) -> io::Result<()> {
         replace(&self.path, bytes, Readers::Anyone)
     }
 
-    /// Where the robot may be in its map.
+    /// The geofence of its map.
     ///
     /// # Errors    [`MapError::Fence`].
     pub(super) fn read_fence(&self) -> Result<Vec<ZoneBody>, MapError> {
         fence_file::read(&self.path)
     }
 
-    /// Keeps where the robot may be.
+    /// Keeps the geofence of its map.
     ///
-    /// # Errors    What the system said; then the fence before is kept.
+    /// # Errors    What the system said; then the previous fence is kept.
     pub(super) fn write_fence(&self, zones: &[ZoneBody]) -> io::Result<()> {
         fence_file::write(&self.path, zones)
     }
 
-    /// Gives the file another name, `office.1.slamlab`, that nothing has yet; says which. None
-    /// where there is no file. Its geofence goes with it: it means nothing in another map.
+    /// Renames the file to the first free name like `office.1.slamlab`, and returns it; none if
+    /// there is no file. Its geofence goes with it: it means nothing in another map.
     pub(super) fn move_aside(&self) -> io::Result<Option<PathBuf>> {
         let fence = fence_file::beside(&self.path);
         if !self.path.exists() {

@@ -1,7 +1,7 @@
-//! Packs maps and writes the file, on a thread of its own.
+//! Packs maps and writes the file, on a separate thread.
 //!
-//! In: snapshots of the map. Out: the file, or bytes for whoever asked. One job waits at most: a
-//! map that finds the keeper busy is written the next time.
+//! In: snapshots of the map. Out: the file, or its bytes for a client that asked. At most one job
+//! waits: a map that finds the keeper busy is written the next time.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -17,30 +17,30 @@ use slamlab_core::wire::message::ZoneBody;
 use super::MapError;
 use super::file::MapFile;
 
-/// Between two tries to write a geofence that the disk did not take.
+/// Interval between tries to write a geofence that could not be written.
 const TRY_AGAIN: Duration = match cfg!(test) {
     true => Duration::from_millis(200),
     false => Duration::from_secs(5),
 };
 
-/// What the keeper is to do.
+/// A job for the keeper.
 enum Job {
-    /// Write this map, of so many scans.
+    /// Write this map, made of this many scans.
     Save(SavedMap, u64),
     /// Keep these zones of a geofence.
     Fence(Vec<ZoneBody>),
-    /// The map begins anew: what is kept stays under another name.
+    /// The map begins anew: keep the file under another name.
     MoveAside,
 }
 
-/// How the file does.
+/// The state of the file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Kept {
-    /// Scans of this run that stand in it.
+    /// Number of scans of this run in the file.
     pub(super) scans: u64,
-    /// Why it is not as new as it should be.
+    /// Why the file is not up to date.
     pub(super) fault: Option<String>,
-    /// Why the geofence would not be there after a restart.
+    /// Why the geofence would be lost after a restart.
     pub(super) fence_fault: Option<String>,
 }
 
@@ -52,12 +52,12 @@ pub(super) struct Keeper {
     thread: Option<JoinHandle<()>>,
     /// Name of the file.
     pub(super) name: String,
-    /// When scans of earlier runs were taken, for the next file.
+    /// When scans of earlier runs were taken, to be written into the next file.
     pub(super) times: Vec<(Stamp, f64)>,
 }
 
 impl Keeper {
-    /// Keeps maps in `file`; `times` are those that stand in it.
+    /// Keeps maps in `file`; `times` are those already in it.
     ///
     /// # Errors    [`MapError::Thread`].
     pub(super) fn start(
@@ -82,31 +82,31 @@ impl Keeper {
         })
     }
 
-    /// How the file does.
+    /// The state of the file.
     pub(super) fn kept(&self) -> Kept {
         lock(&self.kept).clone()
     }
 
-    /// Writes a map of so many scans; `false` where the keeper is busy with another.
+    /// Writes a map made of `scans` scans; `false` if the keeper is busy with another.
     pub(super) fn save(&self, map: SavedMap, scans: u64) -> bool {
         let job = Job::Save(map, scans);
         (self.jobs.as_ref()).is_some_and(|jobs| jobs.try_send(job).is_ok())
     }
 
-    /// Keeps a geofence, after the map that it was drawn in, if the file has that not yet.
+    /// Keeps a geofence. `map`, the map it was drawn in, is written first if the file is older.
     pub(super) fn fence(&self, map: Option<(SavedMap, u64)>, zones: Vec<ZoneBody>) {
         self.save_first(map);
         self.wait_for(Job::Fence(zones));
     }
 
-    /// Moves the file aside, with what of its map was not written yet.
+    /// Moves the file aside, after writing the part of its map that is not in it yet.
     pub(super) fn move_aside(&mut self, map: Option<(SavedMap, u64)>) {
         self.save_first(map);
         self.times.clear();
         self.wait_for(Job::MoveAside);
     }
 
-    /// Writes a last map, if there is one, and waits until all is written.
+    /// Writes a last map, if there is one, and waits until everything is written.
     pub(super) fn finish(mut self, last: Option<(SavedMap, u64)>) -> Kept {
         self.save_first(last);
         self.jobs = None;
@@ -118,14 +118,14 @@ impl Keeper {
         self.kept()
     }
 
-    /// Writes a map, if there is one, before what comes next.
+    /// Writes a map, if there is one, before the next job.
     fn save_first(&self, map: Option<(SavedMap, u64)>) {
         if let Some((map, scans)) = map {
             self.wait_for(Job::Save(map, scans));
         }
     }
 
-    /// What must not be left out waits for what is being written.
+    /// Hands over a job that must not be left out: waits until the keeper takes it.
     fn wait_for(&self, job: Job) {
         if let Some(jobs) = &self.jobs
             && jobs.send(job).is_err()
@@ -140,7 +140,7 @@ fn lock(kept: &Mutex<Kept>) -> MutexGuard<'_, Kept> {
 }
 
 fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &Mutex<Kept>) {
-    // A geofence that is in force, and that the disk has not taken yet.
+    // A geofence that is in force, but not yet written.
     let mut owed = None;
     loop {
         let job = match jobs.recv_timeout(TRY_AGAIN) {
@@ -168,7 +168,7 @@ fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &
                 }
             }
             Job::Fence(zones) => {
-                // Alone it would mean nothing, and no bridge would start beside it.
+                // Without its map it would mean nothing, and the bridge would refuse to start.
                 let written = match zones.is_empty() || file.path().exists() {
                     true => file.write_fence(&zones).map_err(|error| error.to_string()),
                     false => Err("its map is not there yet".to_owned()),
@@ -183,11 +183,11 @@ fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &
                 lock(kept).fence_fault = why;
             }
             Job::MoveAside => {
-                // It goes with the map that it was drawn in.
+                // The geofence goes with the map in which it was drawn.
                 owed = None;
                 let moved = file.move_aside();
                 let mut kept = lock(kept);
-                // The disk did not take what was mapped last.
+                // A fault here means that the last part of the map was never written.
                 let lost = std::mem::take(&mut *kept).fault;
                 kept.fault = lost.map(|why| {
                     let why = format!("what was mapped last before it began anew is lost: {why}");
@@ -240,7 +240,7 @@ mod tests {
     fn a_geofence_that_the_disk_did_not_take_is_written_once_it_does() {
         let folder = tempfile::TempDir::new().unwrap();
         let file = MapFile::new(folder.path().join("a.slamlab"));
-        // No file takes the place of a folder that holds something.
+        // No file can replace a folder that is not empty.
         let fence = file.fence();
         fs::create_dir_all(fence.join("in the way")).unwrap();
         let keeper = Keeper::start(file.clone(), vec![], vec![]).unwrap();

@@ -1,4 +1,4 @@
-//! The mapper's thread: takes what the hub has, maps, and shows what it found.
+//! The mapper's thread: takes the hub's messages, maps, and publishes its results.
 
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -22,12 +22,12 @@ use crate::hub::outbox::{Next, Outbox};
 use crate::record::ros::MOST_CELLS;
 use crate::safety::ClientId;
 
-/// Between two looks at what is due.
+/// Interval between checks of what is due.
 const TICK: Duration = Duration::from_millis(50);
-/// Between two maps that are told; twenty times what one takes, where that is longer.
+/// Interval between published maps; twenty times what one map takes, if that is longer.
 const MAP_EVERY: Duration = Duration::from_secs(1);
 const MAP_SHARE: u32 = 20;
-/// Between two reports of how it does, where nothing changes.
+/// Interval between reports of its state.
 const REPORT: Duration = Duration::from_secs(1);
 
 /// The mapper's way to the hub, for a robot that goes home.
@@ -38,7 +38,8 @@ pub(crate) struct ToHub {
 }
 
 impl ToHub {
-    /// A hub that has no room now gets the next one: what is not repeated stops the robot.
+    /// A message that finds no room at the hub is dropped: if the messages that drive the robot are
+    /// not repeated, it stops.
     fn say(&self, what: FromClient) {
         let _ = self.hub.try_send(what);
     }
@@ -55,17 +56,17 @@ pub(super) struct Mapper {
     shown: watch::Sender<Shown>,
     asks: Receiver<Asked>,
     keeper: Option<Keeper>,
-    /// As everybody was told last.
+    /// The fault that all clients were told last.
     fence_fault: Option<String>,
     save_every: Duration,
     sequence: u32,
-    /// Scans of which pose and map were shown.
+    /// Number of scans up to which pose and map were published.
     posed: usize,
     drawn: usize,
     revision: u64,
-    /// It was said that the map is too large for other tools.
+    /// It was logged that the map is too large for other tools.
     is_large: bool,
-    /// Scans that were handed to the keeper.
+    /// Number of scans in the last map handed to the keeper.
     handed: usize,
     next_map: Duration,
     next_report: Duration,
@@ -109,7 +110,7 @@ impl Mapper {
     /// Maps until the outbox is closed; then the map is written.
     pub(super) fn run(mut self, hello: BridgeHello) {
         self.receive(&FromBridge::Hello(hello));
-        // A map that was loaded is there before the first scan.
+        // A loaded map is there before the first scan.
         self.show_map();
         loop {
             match self.outbox.next_within(TICK) {
@@ -126,7 +127,7 @@ impl Mapper {
         self.finish();
     }
 
-    /// Takes a message as a page would.
+    /// Receives a message as a page would.
     fn receive(&mut self, message: &FromBridge) {
         self.sequence = self.sequence.wrapping_add(1);
         let now = self.clock.now().as_micros() as u64;
@@ -149,7 +150,7 @@ impl Mapper {
         }
     }
 
-    /// Lets the robot go home, where it may.
+    /// Lets the robot go home, if it may.
     fn drive(&mut self) {
         let now = self.clock.now();
         let Some(homing) = self.homing.as_mut().filter(|_| now >= self.next_tick) else {
@@ -160,12 +161,13 @@ impl Mapper {
         if let Some(Note { severity, text }) = homing.step(micros, &mut self.live) {
             self.to_hub.say(FromClient::Notice(severity, text));
         }
-        // A hub that is silent has been busy: it is in the same program.
+        // A silent hub is only busy, because it is in the same program: ignore the timeout.
         let _ = self.live.tick(micros);
         self.flush();
     }
 
-    /// Sends what drives the robot. No conversation is to be kept going with the own hub.
+    /// Sends what drives the robot. The messages that keep a connection alive are not needed with
+    /// the program's own hub.
     fn flush(&mut self) {
         for bytes in self.live.take_outgoing() {
             let Ok((header, message)) = decode::<ToBridge>(&bytes, Format::Binary) else {
@@ -205,7 +207,7 @@ impl Mapper {
             Asked::Pack(answer) => {
                 let (map, title) = (self.saved_map(), self.title());
                 let method = self.live.session().slam().method();
-                // Packing takes its time, and the next scan waits for nobody.
+                // Packing takes long, and must not delay the next scan.
                 std::thread::spawn(move || {
                     let bytes = match map {
                         Some(map) => packed(title, vec![], map),
@@ -215,7 +217,7 @@ impl Mapper {
                         )),
                         None => Err("nothing is mapped yet".to_owned()),
                     };
-                    // Whoever asked may be gone.
+                    // The client that asked may be gone.
                     let _ = answer.send(bytes);
                 });
             }
@@ -248,11 +250,11 @@ impl Mapper {
         }
     }
 
-    /// Shows the map, if it is another one.
+    /// Publishes the map, if it has changed.
     fn show_map(&mut self) {
         let session = self.live.session();
         self.drawn = session.scans();
-        // None of a map without a known cell, or too large to be one.
+        // None if the map has no known cell, or is too large.
         let cells = OccupancyMap::of_grid(session.slam().grid(), MapMode::Trinary).ok();
         let body = cells
             .as_ref()
@@ -288,7 +290,7 @@ impl Mapper {
     fn report(&mut self) {
         let session = self.live.session();
         let kept = self.keeper.as_ref().map(Keeper::kept).unwrap_or_default();
-        // Who drew a fence is told, wherever he looks.
+        // A notice, so that whoever drew the fence sees it wherever they look.
         if kept.fence_fault != self.fence_fault {
             let (severity, text) = match &kept.fence_fault {
                 Some(why) => (Severity::Error, format!("{why}.")),
@@ -321,12 +323,12 @@ impl Mapper {
         name.strip_suffix(".slamlab").unwrap_or(&name).to_owned()
     }
 
-    /// Hands the map to the keeper if there is more in it than it has.
+    /// Hands the map to the keeper if it holds scans that the keeper does not have.
     fn save(&mut self) {
         let Some((map, scans)) = self.unsaved() else {
             return;
         };
-        // One that could not be written is handed on again.
+        // A map that could not be written is handed over again.
         if let Some(keeper) = &self.keeper
             && keeper.save(map, scans)
             && keeper.kept().fault.is_none()
@@ -335,8 +337,8 @@ impl Mapper {
         }
     }
 
-    /// The map, if scans of this run are in it that no file has. One that holds nothing never takes
-    /// the place of one that does.
+    /// The map, if it holds scans of this run that are not in the file. An empty map never replaces
+    /// one that holds something.
     fn unsaved(&self) -> Option<(SavedMap, u64)> {
         self.keeper.as_ref()?;
         let scans = self.live.session().scans();

@@ -1,8 +1,8 @@
 //! The map as files, over HTTP: for ROS's map_server (`/map.yaml`, which names its image), and with
-//! all that a run needs to go on in it (`/map.slamlab`).
+//! everything that a run needs to go on in it (`/map.slamlab`).
 //!
-//! Who may look at the robot may look at the map. Where watching needs a token nobody gets it this
-//! way, for a plain request has no place for a proof: it goes over the sockets.
+//! Anyone who may watch the robot may see the map. If watching needs a token, nobody gets the map
+//! this way, because a plain request has no place for a proof: it is sent over the sockets only.
 
 use std::sync::{Arc, PoisonError};
 use std::time::Duration;
@@ -20,15 +20,15 @@ use tokio::time::Instant;
 use super::{Asked, Mapping};
 use crate::shared::Shared;
 
-/// Descriptions whose images are kept.
+/// Number of descriptions whose images are kept.
 const MOST_DESCRIBED: usize = 4;
-/// A packed map is handed out again for so long.
+/// How long a packed map is served again.
 const PACKED_FOR: Duration = Duration::from_secs(5);
-/// The mapper may be at a large loop closure.
+/// Longest wait for the mapper, which may be busy with a large loop closure.
 const LONGEST: Duration = Duration::from_secs(30);
 
-/// The map as it was packed last. It is locked while one is packed: whoever else asks waits for
-/// that one.
+/// The last packed map. It is locked while a new one is packed, so other requests wait for that
+/// one.
 #[derive(Debug, Default)]
 pub(super) struct Packed(Mutex<Option<(Instant, Arc<Vec<u8>>)>>);
 
@@ -41,7 +41,7 @@ pub(crate) fn routes() -> Router<Arc<Shared>> {
         .route("/map.slamlab", get(saved))
 }
 
-/// Why a map is not handed out.
+/// Why a map is not served.
 enum No {
     Private,
     Nothing,
@@ -110,7 +110,7 @@ async fn saved(State(shared): State<Arc<Shared>>) -> Result<Response, No> {
     Ok(as_file("application/octet-stream", bytes.to_vec()))
 }
 
-/// Source: RFC 2045 §6.3, for types that nobody registered.
+/// Source: RFC 2045 §6.3, for unregistered types.
 const PGM: &str = "image/x-portable-graymap";
 
 fn files(cells: &OccupancyMap, name: &str) -> Result<MapFiles, No> {
@@ -118,7 +118,7 @@ fn files(cells: &OccupancyMap, name: &str) -> Result<MapFiles, No> {
         .map_err(|error| No::Failed(error.to_string()))
 }
 
-/// The map changes: nobody keeps it.
+/// Not cached, because the map changes.
 fn as_file(kind: &'static str, bytes: Vec<u8>) -> Response {
     let kind = HeaderValue::from_static(kind);
     let never = HeaderValue::from_static("no-store");

@@ -1,11 +1,11 @@
-//! What the mapper shows: for the hub, which tells its clients, and for HTTP.
+//! The mapper's results: for the hub, which sends them to its clients, and for HTTP.
 
 use std::sync::Arc;
 
 use slamlab_core::format::map_server::OccupancyMap;
 use slamlab_core::wire::message::FromBridge;
 
-/// The newest of each; none before there was any.
+/// The newest of each; none before the first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shown {
     /// [`FromBridge::Pose`].
@@ -19,12 +19,12 @@ pub(crate) struct Shown {
 }
 
 impl Shown {
-    /// What is told to who comes in.
+    /// What a new client is told.
     pub(crate) fn all(&self) -> impl Iterator<Item = &Arc<FromBridge>> {
         [&self.mapping, &self.map, &self.pose].into_iter().flatten()
     }
 
-    /// What is another than `before`.
+    /// The messages that differ from those in `before`.
     pub(crate) fn since<'a>(
         &'a self,
         before: &'a Self,

@@ -11,7 +11,7 @@ pub(crate) struct Cdr {
     bytes: Vec<u8>,
 }
 
-/// Encapsulation: CDR, little-endian, no options. Alignment counts from behind it.
+/// Encapsulation: CDR, little-endian, no options. Alignment counts from its end.
 const HEAD: [u8; 4] = [0, 1, 0, 0];
 
 impl Cdr {

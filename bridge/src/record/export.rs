@@ -1,11 +1,11 @@
-//! A recording written again with what SLAM makes of it, for tools that show ROS 2 messages.
+//! Exports a recording with the results of SLAM, for tools that show ROS 2 messages.
 //!
-//! In: a recording. Out: another in chunks, with the same messages, and beside them `/map`, `/pose`
-//! and the transform from `map` to `odom`.
+//! In: a recording. Out: another one, in chunks, with the same messages plus `/map`, `/pose` and
+//! the transform from `map` to `odom`.
 //!
-//! Not every bridge maps, and one that does may leave scans out to keep up. So this is done
-//! afterwards, by the replay that `evaluate` and the page run. A map stands in the file every
-//! [`MAP_EVERY`] s, as it was known then.
+//! Not every bridge maps, and one that does may skip scans to keep up. So this is done afterwards,
+//! by the same replay as in `evaluate` and the page. The file holds a map every [`MAP_EVERY`] s, as
+//! it was known then.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -20,7 +20,7 @@ use super::writer::Writer;
 use super::{RecordError, place};
 use crate::source::replay;
 
-/// Between two maps, s of the recording.
+/// Interval between maps, s of the recording.
 pub const MAP_EVERY: f64 = 5.0;
 
 /// Why a recording cannot be exported.
@@ -30,10 +30,10 @@ pub enum ExportError {
     /// The recording cannot be read.
     #[error(transparent)]
     Read(#[from] replay::ReplayError),
-    /// The new file cannot begin.
+    /// The new file cannot be created.
     #[error(transparent)]
     Create(#[from] RecordError),
-    /// The new file cannot go on.
+    /// Writing the new file failed.
     #[error("cannot write {}: {source}", path.display())]
     Write {
         /// The file.
@@ -41,7 +41,7 @@ pub enum ExportError {
         /// What is wrong.
         source: McapError,
     },
-    /// A setting out of range.
+    /// A setting is out of range.
     #[error(transparent)]
     Replay(#[from] ReplayError),
 }
@@ -49,22 +49,22 @@ pub enum ExportError {
 /// What was written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exported {
-    /// Messages of the recording that could be read.
+    /// Readable messages of the recording.
     pub messages: usize,
     /// Poses, one for each scan that could be used.
     pub poses: usize,
     /// Maps.
     pub maps: usize,
-    /// What a person should read: damage of the recording, scans that were left out.
+    /// Notes for the user: damage of the recording, scans that were left out.
     pub notes: Vec<String>,
 }
 
 /// Maps the recording `from`, and writes it with the map to the new file `to`.
 ///
-/// # Errors    [`ExportError`]; a new file that could not be finished stays as far as it came.
+/// # Errors    [`ExportError`]; a new file that could not be finished is left unfinished.
 pub fn export(from: &Path, to: &Path, method: Method) -> Result<Exported, ExportError> {
     let recording = replay::read(from)?;
-    // A method that cannot do it leaves no file behind.
+    // Begin before the file is created: an unsuitable method leaves no file behind.
     let mut export = Export::begin(recording, method)?;
     let file = place::create_file(to.to_owned())?.0;
     let write = |source| ExportError::Write {
@@ -85,7 +85,7 @@ struct Export {
     replay: Replay,
     is_over: bool,
     next: usize,
-    /// Of the message taken last.
+    /// Time of the last message taken.
     time: Duration,
     map_due: Duration,
     done: Exported,
@@ -93,7 +93,7 @@ struct Export {
 
 impl Export {
     fn begin(recording: Recording, method: Method) -> Result<Self, ReplayError> {
-        // The replay has its own: the messages are few bytes beside the map.
+        // The replay has its own copy: the messages are small compared with the map.
         let log = Log::from(recording.clone());
         let settings = log.settings();
         Ok(Self {
@@ -112,7 +112,7 @@ impl Export {
         })
     }
 
-    /// Messages up to the next scan, and what is made of it; `None` at the end.
+    /// The messages up to the next scan, and the results of that scan; `None` at the end.
     fn step(&mut self) -> Option<(Vec<Recorded>, ros::Messages, Duration)> {
         if self.is_over {
             return None;
@@ -141,7 +141,7 @@ impl Export {
     fn entries(&mut self, end: usize) -> Vec<Recorded> {
         let mut entries = vec![];
         while self.next < end {
-            // The replay has reported what cannot be read.
+            // The replay has already reported what cannot be read.
             if let Some(Ok(recorded)) = self.recording.message(self.next) {
                 self.time = Duration::from_nanos(recorded.nanos);
                 entries.push(recorded);
@@ -152,7 +152,7 @@ impl Export {
         entries
     }
 
-    /// A pose with each scan; a map where one is due, and at the end.
+    /// The results: a pose with each scan; a map when one is due, and at the end.
     fn made(&mut self, is_scan: bool) -> ros::Messages {
         let slam = self.replay.session().slam();
         let mut made = vec![];

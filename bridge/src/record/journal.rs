@@ -1,21 +1,22 @@
-//! A file that is whole up to what was acknowledged, whatever fails.
+//! A file that is complete up to the last acknowledged record, whatever fails.
 //!
-//! In: bytes of one or more records. Out: after [`Journal::commit`], these bytes stand in the file,
-//! or none of them.
+//! In: bytes of one or more records. Out: after [`Journal::commit`], either all of these bytes are
+//! in the file, or none.
 
 use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::rc::Rc;
 
-/// Memory that is kept from one commit to the next, bytes: a hundred scans as all their messages.
+/// Buffer kept from one commit to the next, bytes: enough for a hundred scans with all their
+/// messages.
 const MOST_KEPT: usize = 1 << 21;
 
-/// What a journal needs of a file; tests have one that fails.
+/// What a journal needs of a file; tests have an implementation that fails.
 pub(crate) trait Storage: Write {
-    /// Forgets everything from `length` on, and writes there next.
+    /// Truncates the file to `length`, and writes there next.
     fn cut(&mut self, length: u64) -> io::Result<()>;
-    /// Forces to the disk what was written.
+    /// Forces written bytes to the disk.
     fn force(&mut self) -> io::Result<()>;
 }
 
@@ -30,8 +31,8 @@ impl Storage for File {
     }
 }
 
-/// Collects what the format's writer writes, and gives it to the file as a whole. Clones share the
-/// same file: the format's writer has one, its owner another.
+/// Collects what the MCAP writer writes, and passes it to the file as a whole. Clones share the
+/// same file: the MCAP writer has one, its owner another.
 #[derive(Debug)]
 pub(super) struct Journal<S>(Rc<RefCell<State<S>>>);
 
@@ -59,9 +60,9 @@ impl<S: Storage> Journal<S> {
         })))
     }
 
-    /// Gives to the file what waits.
+    /// Writes the collected bytes to the file.
     ///
-    /// # Errors    What the system said; the file then ends where it did before, and takes nothing
+    /// # Errors    What the system said; then the file ends where it did before, and accepts no
     /// more.
     pub(super) fn commit(&self) -> io::Result<()> {
         let state = &mut *self.0.borrow_mut();
@@ -78,12 +79,12 @@ impl<S: Storage> Journal<S> {
         Err(error)
     }
 
-    /// Bytes that stand in the file.
+    /// Bytes in the file.
     pub(super) fn length(&self) -> u64 {
         self.0.borrow().length
     }
 
-    /// Forces to the disk what was committed.
+    /// Forces committed bytes to the disk.
     pub(super) fn force(&self) -> io::Result<()> {
         self.0.borrow_mut().storage.force()
     }
@@ -104,7 +105,7 @@ impl<S: Storage> Write for Journal<S> {
     }
 }
 
-/// The format's writer asks where it is, and goes nowhere else.
+/// The MCAP writer only asks for its position; it never seeks elsewhere.
 impl<S: Storage> Seek for Journal<S> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         let state = self.0.borrow();

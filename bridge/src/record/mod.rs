@@ -1,23 +1,23 @@
-//! Recording to MCAP: whatever the clients could see, and every order to the robot.
+//! Recording to MCAP: everything that clients could see, and every order to the robot.
 //!
 //! In: messages and orders, as they happen. Out: a file that survives the end of the program at any
 //! time.
 //!
-//! 1. The hub never waits for the disk: a thread writes, behind a bounded queue. What finds no room
-//!    is counted as lost.
-//! 2. The thread takes what waits, up to a bounded number of messages, and gives it to the system
-//!    in one write (`journal`). Then, and not before, these messages count as acknowledged. They
-//!    survive the end of the program, by whatever signal; each second they are forced to the disk,
-//!    and survive the end of the power.
-//! 3. A write that fails (the disk is full) is undone: the file ends behind the last acknowledged
-//!    message. Everybody learns why, and the robot drives on.
-//! 4. A folder takes one piece after the other, each with all that its reader must know, and keeps
-//!    a budget of them (`pieces`). Where the disk was full, another piece begins once it is not.
-//! 5. At a regular end the summary is added, which lets readers jump. A file without it reads just
-//!    as well from its start.
+//! 1. The hub never waits for the disk: a thread writes, behind a bounded queue. Messages that find
+//!    no room are counted as lost.
+//! 2. The thread takes the waiting messages, up to a limit, and passes them to the system in one
+//!    write (`journal`). Only then do they count as acknowledged. They survive the end of the
+//!    program by any signal; once a second they are forced to the disk, and then survive a power
+//!    cut.
+//! 3. A write that fails (the disk is full) is undone: the file ends after the last acknowledged
+//!    message. All clients are told why, and the robot drives on.
+//! 4. A recording into a folder is split into pieces, each complete for its reader and all within a
+//!    budget (`pieces`). After a full disk, a new piece begins once there is room.
+//! 5. At a regular end the summary is added, which lets readers seek. A file without it can still
+//!    be read from its start.
 //!
-//! Chunks are not used, for a chunk under way is lost with the program; [`export()`] uses them,
-//! afterwards. Channel `slamlab` holds every message as it crossed the wire
+//! Chunks are not used, because an unfinished chunk is lost if the program dies; [`export()`] uses
+//! them, afterwards. Channel `slamlab` holds every message as it crossed the wire
 //! ([`slamlab_core::wire::message`]), from the bridge's hello on, which names the robot;
 //! [`slamlab_core::wire::recording`] reads it, and [`crate::source::replay`] plays it back.
 //! `/scan`, `/points`, `/odom`, `/tf` and `/cmd_vel` hold the same for other tools, as ROS 2
@@ -53,26 +53,26 @@ pub(crate) use place::is_folder;
 use thread::Progress;
 pub(crate) use thread::is_full;
 
-/// Messages that wait for the disk: ten seconds of a robot with a lidar.
+/// Most messages that may wait for the disk: ten seconds of a robot with a lidar.
 const MOST_WAITING: usize = 4096;
 
 /// Why a recording cannot begin.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
-    /// A recording is never written over.
+    /// The file exists already: a recording is never overwritten.
     #[error("{} is already there: choose another name, or move it away", path.display())]
     Exists {
         /// The file.
         path: PathBuf,
     },
-    /// Two that write there would delete and store each other's files.
+    /// Another bridge writes there; the two would delete and upload each other's files.
     #[error("folder {}: another bridge writes there; end that one, or name another folder", folder.display())]
     Taken {
         /// The folder.
         folder: PathBuf,
     },
-    /// The system said no.
+    /// The system reported an error.
     #[error("cannot write {}: {source}", path.display())]
     Io {
         /// The file.
@@ -82,7 +82,7 @@ pub enum RecordError {
     },
 }
 
-/// A recording under way, as the hub holds it.
+/// A running recording, as the hub holds it.
 #[derive(Debug)]
 pub struct Recorder {
     clock: Clock,
@@ -92,23 +92,23 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Whether a recording could begin there; nothing is written.
+    /// Checks that a recording could begin there; nothing is written.
     ///
     /// # Errors    [`RecordError::Exists`].
     pub fn check(path: &Path) -> Result<(), RecordError> {
         place::check(path)
     }
 
-    /// Begins a recording in a new file: `path`, or, where that is a folder, one named by the time
-    /// of day in there, and further ones as `keep` says.
+    /// Begins a recording in a new file: `path` or, if that is a folder, a file in it named by the
+    /// time of day, followed by others according to `keep`.
     ///
-    /// # Errors    [`RecordError`]: the file is there already, or cannot be written, or another
+    /// # Errors    [`RecordError`]: the file exists already, or cannot be written, or another
     /// bridge records into the folder.
     pub fn start(path: &Path, keep: Keep, clock: Clock) -> Result<Self, RecordError> {
         Self::start_in(Files::recordings(path, keep, clock)?)
     }
 
-    /// As [`Self::start`], where the folder was taken already.
+    /// Like [`Self::start`], for a folder that is already locked.
     pub(crate) fn start_in(pieces: Files) -> Result<Self, RecordError> {
         let (keep, clock) = (pieces.keep, pieces.clock);
         let (file, path) = place::create(&pieces.path, clock.time_of_day(clock.now()))?;
@@ -138,13 +138,13 @@ impl Recorder {
 
     /// Records a message to the clients.
     pub fn message(&self, message: &FromBridge, now: Duration) {
-        // How the recording goes is of no use in the recording.
+        // The recording's own progress is of no use in the recording.
         if !matches!(message, FromBridge::Recording(_) | FromBridge::Heartbeat(_)) {
             self.put(Said::ByBridge(message.clone()), now);
         }
     }
 
-    /// Records an order to the robot, as the message that would have caused it.
+    /// Records an order to the robot, as the message that would cause it.
     pub fn order(&self, order: &Order, now: Duration) {
         let message = match order {
             Order::Command(command) => ToBridge::Drive(DriveBody {
@@ -177,19 +177,19 @@ impl Recorder {
         }
     }
 
-    /// How it goes.
+    /// The state of the recording.
     #[must_use]
     pub fn status(&self) -> RecordingBody {
         self.progress.lock().clone()
     }
 
-    /// Which piece is being written, for whoever stores those that are not.
+    /// The piece being written, for the uploader, which stores the others.
     #[cfg(feature = "storage")]
     pub(crate) fn current(&self) -> Current {
         Current(Arc::clone(&self.progress))
     }
 
-    /// Writes what waits and the summary, and closes the file.
+    /// Writes the waiting messages and the summary, and closes the file.
     pub fn finish(mut self) -> RecordingBody {
         self.end();
         self.status()
@@ -218,21 +218,21 @@ impl Current {
     }
 }
 
-/// Whether a file in a folder of recordings is called as one.
+/// Whether a file in a folder of recordings has the name of a piece.
 #[cfg(feature = "storage")]
 pub(crate) fn is_piece(name: &str) -> bool {
     place::RECORDINGS.is_piece(name)
 }
 
-/// What a piece is called in a store, which may have those of other robots; itself where it is not
-/// called as a piece.
+/// The name of a piece in a store, which may hold pieces of other robots; unchanged if it is not a
+/// piece's name.
 #[cfg(feature = "storage")]
 pub(crate) fn name_in_store(piece: &str, sha_256: &str) -> String {
     let name = place::RECORDINGS.among_others(piece, sha_256);
     name.unwrap_or_else(|| piece.to_owned())
 }
 
-/// Whether a file in a store is called as a recording.
+/// Whether a file in a store has the name of a piece.
 #[cfg(feature = "storage")]
 pub(crate) fn is_piece_in_store(name: &str) -> bool {
     place::RECORDINGS.is_piece_among_others(name)

@@ -1,8 +1,8 @@
-//! The pieces of a recording: a folder takes one file after the other, and keeps so many bytes of
-//! them; a file that was named is the only one.
+//! The pieces of a recording: a folder gets one file after the other, within a budget of bytes; if
+//! a file was named, it is the only piece.
 //!
-//! Pieces are named by the time of day and sort by it: the oldest goes first. Nothing but files
-//! that are named as pieces is ever deleted, and of these never the newest.
+//! Pieces are named by the time of day and sort by it: the oldest is deleted first. Only files
+//! named as pieces are ever deleted, and never the newest.
 
 use std::fs::{self, File};
 use std::io;
@@ -14,14 +14,14 @@ use super::journal::Storage;
 use super::place::{self, AUDITS, Naming, RECORDINGS};
 use crate::clock::Clock;
 
-/// How long pieces are, and how much of them is kept. Only of folders.
+/// How long pieces are, and how many bytes of them are kept. For folders only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Keep {
-    /// A piece ends when it has grown to so many bytes. Default 512 MiB.
+    /// Size at which a piece ends, bytes. Default 512 MiB.
     pub piece_bytes: u64,
-    /// Or when it is so old. Default 1 h.
+    /// Age at which a piece ends. Default 1 h.
     pub piece_age: Duration,
-    /// The oldest pieces are deleted when all in the folder have more bytes. Default 8 GiB.
+    /// The oldest pieces are deleted if all in the folder exceed this, bytes. Default 8 GiB.
     pub all_bytes: u64,
 }
 
@@ -40,13 +40,13 @@ impl Default for Keep {
 
 /// Where the next piece comes from.
 pub(crate) trait Pieces {
-    /// What is written to.
+    /// The file that is written to.
     type File: Storage;
-    /// A new piece and its path; none where the first is the only one.
+    /// A new piece and its path; none if the first is the only one.
     fn next(&mut self) -> Result<Option<(Self::File, PathBuf)>, RecordError>;
-    /// A piece that could not even begin: nothing stands in it.
+    /// Removes a piece that could not even begin: it is empty.
     fn discard(&mut self, path: &Path);
-    /// Makes room by the budget: what is written now stays.
+    /// Deletes pieces beyond the budget, but never the current one.
     fn make_room(&mut self, current: &Path);
 }
 
@@ -58,12 +58,12 @@ pub(crate) struct Files {
     is_folder: bool,
     pub(crate) keep: Keep,
     pub(crate) clock: Clock,
-    /// The folder is this bridge's alone for as long.
+    /// While it is open, no other bridge writes into the folder.
     _lock: Option<File>,
 }
 
 impl Files {
-    /// Of a recording.
+    /// The files of a recording.
     ///
     /// # Errors    [`RecordError::Taken`], [`RecordError::Io`].
     pub(crate) fn recordings(path: &Path, keep: Keep, clock: Clock) -> Result<Self, RecordError> {
@@ -71,7 +71,7 @@ impl Files {
         Self::new(path, RECORDINGS, is_folder, keep, clock)
     }
 
-    /// Of an audit, which is always a folder.
+    /// The files of an audit, which is always a folder.
     ///
     /// # Errors    [`RecordError::Taken`], [`RecordError::Io`].
     pub(crate) fn audits(path: &Path, keep: Keep, clock: Clock) -> Result<Self, RecordError> {
@@ -132,7 +132,7 @@ impl Pieces for Files {
     }
 }
 
-/// The oldest pieces, without which the rest has no more than `most` bytes.
+/// The oldest pieces that must go, so that the rest has at most `most` bytes.
 fn oldest_beyond(
     naming: Naming,
     folder: &Path,
@@ -174,7 +174,7 @@ mod tests {
     fn the_oldest_pieces_go_and_nothing_else() {
         let folder = tempfile::TempDir::new().unwrap();
         let path = |name: &str| folder.path().join(name);
-        // Of one second the tenth is younger than the second.
+        // Within one second, number 10 is younger than number 2.
         for name in [
             "slamlab-2026-01-01T00-00-00Z.mcap",
             "slamlab-2026-01-01T00-00-00Z-2.mcap",

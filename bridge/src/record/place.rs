@@ -1,7 +1,7 @@
-//! Where a recording goes: the file that was named, or a new one in the folder that was named.
+//! Where a recording goes: the named file, or a new file in the named folder.
 //!
-//! A service starts again and again with the same settings, and a recording is never written over:
-//! a folder takes every start's recording, named by the time of day in UTC.
+//! A service starts again and again with the same settings, and a recording is never overwritten:
+//! so a folder takes the recording of each start, named by the time of day in UTC.
 
 use std::fs::{File, OpenOptions, create_dir_all};
 use std::io;
@@ -11,8 +11,8 @@ use std::time::Duration;
 use super::RecordError;
 use crate::locked_file;
 
-/// How files in a folder are named: `FIRST-TIME.EXTENSION`, with a number behind the time where
-/// several begin in one second.
+/// How files in a folder are named: `FIRST-TIME.EXTENSION`, with a number after the time if several
+/// begin in the same second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Naming {
     first: &'static str,
@@ -34,18 +34,19 @@ pub(super) const AUDITS: Naming = Naming {
     extension: ".jsonl",
 };
 
-/// Recordings of one second that are distinguished by a number: a computer without a battery-backed
+/// Most recordings of the same second, told apart by a number: a computer without a battery-backed
 /// clock starts at the same time of day each time.
 const MOST_OF_A_SECOND: u32 = 10_000;
 
-/// Digits of a SHA-256 in a name: no two recordings of one second have the same.
+/// Digits of the SHA-256 in a name, enough to tell recordings of the same second apart.
 #[cfg(feature = "storage")]
 const DIGITS: usize = 16;
 
-/// Opens the new file of a recording that starts at `time_of_day`, since 1970, and says its path.
+/// Opens the new file of a recording that starts at `time_of_day`, since 1970, and returns its path
+/// too.
 ///
-/// A path that ends in a separator, or that is a folder, gets a file of its own in there; a missing
-/// folder is made.
+/// If the path ends in a separator, or is a folder, the new file is made in it; a missing folder is
+/// created.
 pub(super) fn create(path: &Path, time_of_day: Duration) -> Result<(File, PathBuf), RecordError> {
     if !is_folder(path) {
         return create_file(path.to_owned());
@@ -53,7 +54,7 @@ pub(super) fn create(path: &Path, time_of_day: Duration) -> Result<(File, PathBu
     RECORDINGS.create(path, time_of_day)
 }
 
-/// Whether a recording could begin there.
+/// Checks that a recording could begin there.
 ///
 /// # Errors    [`RecordError::Exists`].
 pub(super) fn check(path: &Path) -> Result<(), RecordError> {
@@ -66,8 +67,9 @@ pub(super) fn check(path: &Path) -> Result<(), RecordError> {
 }
 
 impl Naming {
-    /// Takes a folder, which is made where it is missing, for one writer alone, until what is
-    /// returned is closed: it deletes the oldest, and knows only which file it writes itself.
+    /// Locks a folder for one writer, until the returned file is closed; creates the folder if it
+    /// is missing. The lock is needed because a writer deletes the oldest files, and knows of no
+    /// current file but its own.
     ///
     /// # Errors    [`RecordError::Taken`], [`RecordError::Io`].
     pub(super) fn lock(self, folder: &Path) -> Result<File, RecordError> {
@@ -81,7 +83,7 @@ impl Naming {
         locked.ok_or_else(taken)
     }
 
-    /// Opens a new file in a folder, which is made where it is missing, and says its path.
+    /// Opens a new file in a folder, and returns its path too; creates the folder if it is missing.
     pub(super) fn create(
         self,
         folder: &Path,
@@ -89,8 +91,8 @@ impl Naming {
     ) -> Result<(File, PathBuf), RecordError> {
         make(folder)?;
         let stem = self.stem(time_of_day);
-        // Never a number below one that is there: files go by their age, and the oldest may be
-        // deleted within the second.
+        // Always a number above the existing ones: files are deleted by age, and the oldest may be
+        // deleted within the same second.
         let first = self.highest(folder, &stem) + 1;
         let mut taken = create_file(folder.join(self.name(&stem, first)));
         for number in first + 1..=MOST_OF_A_SECOND {
@@ -110,14 +112,14 @@ fn make(folder: &Path) -> Result<(), RecordError> {
     })
 }
 
-/// Whether recordings go into it, each to a file of its own.
+/// Whether the path is a folder, in which each recording gets its own file.
 pub(crate) fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.to_string_lossy().ends_with(['/', MAIN_SEPARATOR])
 }
 
 impl Naming {
-    /// `slamlab-2026-11-21T09-05-07Z`: sorted by name is sorted by second, and every file system
-    /// takes it.
+    /// `slamlab-2026-11-21T09-05-07Z`: sorting by name sorts by time, and every file system accepts
+    /// it.
     fn stem(self, time_of_day: Duration) -> String {
         let t = time::OffsetDateTime::UNIX_EPOCH + time_of_day;
         let (year, month, day) = t.to_calendar_date();
@@ -136,7 +138,8 @@ impl Naming {
         }
     }
 
-    /// Highest number of the files of this second; 0 where there are none, or nobody says.
+    /// Highest number of the files of this second; 0 if there are none, or the folder cannot be
+    /// read.
     fn highest(self, folder: &Path, stem: &str) -> u32 {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let number = |entry: std::fs::DirEntry| {
@@ -147,19 +150,19 @@ impl Naming {
         entries.filter_map(number).max().unwrap_or(0)
     }
 
-    /// Whether a file in a folder is called so.
+    /// Whether a file has the name of a piece.
     pub(super) fn is_piece(self, name: &str) -> bool {
         self.parts(name).is_some()
     }
 
-    /// What sorts pieces by their age: the second in which they began, and their number in it.
+    /// The key that sorts pieces by age: the second in which they began, and their number in it.
     pub(super) fn age_of(self, path: &Path) -> Option<(String, u32)> {
         let (stem, number) = self.parts(path.file_name()?.to_str()?)?;
         Some((stem.to_owned(), number))
     }
 
-    /// What a file is called where others keep files of these names, too: its SHA-256 tells it from
-    /// theirs, which may be of the same second. None for a file that is not called so.
+    /// The file's name in a place shared with other writers: its SHA-256 tells it apart from their
+    /// files, which may be of the same second. None if it does not have the name of a piece.
     #[cfg(feature = "storage")]
     pub(super) fn among_others(self, name: &str, sha_256: &str) -> Option<String> {
         self.parts(name)?;
@@ -171,7 +174,7 @@ impl Naming {
         ))
     }
 
-    /// Whether a file is called so among others, or as in a folder.
+    /// Whether a file has the name of a piece, in a shared place or in a folder.
     #[cfg(feature = "storage")]
     pub(super) fn is_piece_among_others(self, name: &str) -> bool {
         let parts = name.strip_suffix(self.extension).and_then(|stem| {
@@ -266,7 +269,7 @@ mod tests {
             for called in [&called(one), &called(other), name] {
                 assert!(RECORDINGS.is_piece_among_others(called), "{called}");
             }
-            // In a folder nothing is deleted but what was named there.
+            // In a folder only files that were named there are ever deleted.
             assert!(!RECORDINGS.is_piece(&called(other)));
         }
         assert_eq!(

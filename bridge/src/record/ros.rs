@@ -1,14 +1,14 @@
-//! What is recorded, once more as ROS 2 messages, so that other tools can open a recording.
+//! The recorded messages once more as ROS 2 messages, so that other tools can open a recording.
 //!
-//! Frames by REP-105: `odom`, in which the odometry is added up since the recording began,
+//! Frames follow REP-105: `odom`, in which the odometry is summed up since the recording began,
 //! `base_link`, and `laser`. Stamps are the time of day at which a message passed the bridge; the
-//! robot's own clock stands in channel `slamlab`.
+//! robot's own clock is in channel `slamlab`.
 //!
-//! A `LaserScan` has equal angles between its beams and knows no others. Bearings are put in order,
+//! A `LaserScan` can only have equal angles between its beams. Bearings are sorted
 //! counter-clockwise; each beam gets the nearest range within half a step of it, or NaN. The
-//! `PointCloud2` beside it has every hit where it was.
+//! `PointCloud2` sent with it has every hit at its exact place.
 //!
-//! Covariances are those of the robot's own model, added up; where it has none they are 0, which
+//! Covariances are those of the robot's own model, summed up; without a model they are 0, which
 //! stands for unknown.
 //!
 //! Source: ROS 2 common_interfaces (sensor_msgs, nav_msgs, geometry_msgs) and geometry2 (tf2_msgs),
@@ -29,7 +29,7 @@ use super::cdr::Cdr;
 pub(crate) use messages::{in_space, intensities, placed};
 pub(crate) use odom::{Moved, Odom};
 
-/// The topics: a row for each, with the name of its message and of the package that defines it.
+/// The topics: one row for each, with the package that defines its message and the message's name.
 macro_rules! topics {
     ($($Topic:ident, $name:literal, $package:literal, $message:literal;)+) => {
         /// The topics.
@@ -39,7 +39,7 @@ macro_rules! topics {
         }
 
         impl Topic {
-            /// What a bridge hears and says, and behind it what is made of it.
+            /// First what a bridge receives and sends, then the results of mapping.
             pub(crate) const ALL: &[Self] = &[$(Self::$Topic),+];
 
             pub(crate) fn name(self) -> &'static str {
@@ -54,7 +54,7 @@ macro_rules! topics {
                 }
             }
 
-            /// The definition with all that it stands on, as `ros2msg` wants it.
+            /// The definition with all its dependencies, as `ros2msg` requires.
             pub(crate) fn definition(self) -> &'static str {
                 match self {
                     $(Self::$Topic => include_str!(concat!("ros/", $message, ".txt")),)+
@@ -75,22 +75,22 @@ topics! {
 }
 
 impl Topic {
-    /// What a bridge hears and says.
+    /// What a bridge receives and sends.
     pub(crate) const HEARD: &[Self] = Self::ALL.split_at(5).0;
 }
 
-/// Cells of a map beyond which other tools are sent none: 100 m x 100 m in cells of 5 cm. As JSON
-/// it has 12 MB.
+/// Largest map that is sent to other tools, in cells: 100 m x 100 m in cells of 5 cm. As JSON it
+/// has 12 MB.
 pub(crate) const MOST_CELLS: usize = 4_000_000;
 
 /// Messages for topics.
 pub(crate) type Messages = Vec<(Topic, Vec<u8>)>;
 
-/// What a message holds for the topics.
+/// The ROS messages that correspond to one of the bridge's messages.
 pub(crate) fn messages_of(odom: &mut Odom, message: &FromBridge, now: Duration) -> Messages {
     match message {
         FromBridge::Odometry(body) => {
-            // One that cannot be used stands in its own channel only.
+            // An unusable reading is recorded in channel `slamlab` only.
             let Ok(step) = body.odometry() else {
                 return vec![];
             };
@@ -125,7 +125,7 @@ pub(crate) fn messages_of(odom: &mut Odom, message: &FromBridge, now: Duration) 
     }
 }
 
-/// A pose that was told, once the odometry has reached it.
+/// The last pose from the mapper, once the odometry has reached its time.
 fn told(odom: &mut Odom, now: Duration) -> Messages {
     let localised = odom.localised();
     localised.map_or(vec![], |(estimate, odom_from_robot)| {
@@ -133,7 +133,7 @@ fn told(odom: &mut Odom, now: Duration) -> Messages {
     })
 }
 
-/// The cells of a map that other tools are sent; none of one without a known cell, or too large.
+/// The cells of a map for other tools; none if no cell is known or the map is too large.
 pub(crate) fn drawn(body: &MapBody) -> Option<OccupancyMap> {
     let cells = body.map().ok()?;
     (1..=MOST_CELLS)
@@ -141,7 +141,7 @@ pub(crate) fn drawn(body: &MapBody) -> Option<OccupancyMap> {
         .then_some(cells)
 }
 
-/// Pose in the map, and where the map has the frame of the odometry.
+/// The pose in the map, and the transform `map_from_odom`.
 pub(crate) fn localised(
     estimate: &PoseEstimate,
     odom_from_robot: &Pose2,
@@ -155,7 +155,7 @@ pub(crate) fn localised(
     ]
 }
 
-/// The map; nothing of one without a known cell.
+/// The map; nothing if no cell is known.
 pub(crate) fn map(grid: &Grid, now: Duration) -> Messages {
     let cells = OccupancyMap::of_grid(grid, MapMode::Trinary).ok();
     cells.map_or(vec![], |cells| {
@@ -170,7 +170,7 @@ pub(crate) fn ordered(message: &ToBridge) -> Messages {
     let (forward, turn) = match body.motion {
         Command::Velocity { forward, turn } => (forward, turn),
         Command::Stop => (0.0, 0.0),
-        // A leg or a turn has no speed that the bridge would know.
+        // The bridge does not know the speed of a leg or a turn.
         _ => return Vec::new(),
     };
     let twist = [forward, 0.0, 0.0, 0.0, 0.0, turn];

@@ -15,7 +15,7 @@ use super::pieces::Pieces;
 use super::thread::{Progress, run};
 use super::*;
 
-/// A disk of a given size, that takes part of the write that fills it, as real ones do.
+/// A disk of a given size that, like real ones, takes part of the write that fills it.
 #[derive(Clone)]
 struct SmallDisk {
     bytes: Rc<RefCell<Vec<u8>>>,
@@ -58,7 +58,7 @@ impl Storage for SmallDisk {
     }
 }
 
-/// There is one piece and no other.
+/// Pieces of which only the first exists.
 struct Only<S>(PhantomData<S>);
 
 impl<S: Storage> Pieces for Only<S> {
@@ -73,7 +73,7 @@ impl<S: Storage> Pieces for Only<S> {
     fn make_room(&mut self, _: &Path) {}
 }
 
-/// Every piece is a disk of its own.
+/// Pieces that are each on a disk of their own.
 struct Disks {
     size: usize,
     all: Rc<RefCell<Vec<SmallDisk>>>,
@@ -119,7 +119,7 @@ fn entry(stamp: u64) -> Recorded {
     }
 }
 
-/// Stamps of the messages that can be read of these bytes.
+/// Stamps of the messages that can be read from these bytes.
 fn stamps(bytes: &[u8]) -> Vec<u64> {
     let stream = MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into()).unwrap();
     let messages = stream
@@ -135,14 +135,14 @@ fn stamps(bytes: &[u8]) -> Vec<u64> {
         .collect()
 }
 
-/// Records 200 messages on a disk of this size; what is on it, and how many were acknowledged and
-/// lost.
+/// Records 200 messages on a disk of this size; returns its content, the numbers acknowledged and
+/// lost, and the fault.
 fn record(size: usize) -> (Vec<u8>, u64, u64, Option<String>) {
     let disk = SmallDisk::new(size);
     let (entries, waiting) = sync_channel(4);
     let progress = Progress::default();
     std::thread::scope(|scope| {
-        // Nobody takes them any more where the file could not even begin.
+        // Sending fails if the file could not even begin, because nobody receives the entries then.
         scope.spawn(move || (0..200).for_each(|stamp| _ = entries.send(entry(stamp))));
         run(
             (disk.clone(), "only.mcap".into()),
@@ -167,7 +167,7 @@ fn a_whole_recording_has_all_messages_and_a_summary() {
     assert_eq!(summary.stats.unwrap().message_count, 200);
 }
 
-/// Wherever it is full, the file holds what was acknowledged, and ends there.
+/// Wherever the disk gets full, the file holds exactly what was acknowledged.
 #[test]
 fn a_full_disk_loses_nothing_that_was_acknowledged() {
     let (whole, ..) = record(usize::MAX);
@@ -182,7 +182,7 @@ fn a_full_disk_loses_nothing_that_was_acknowledged() {
                 "{size}"
             );
         }
-        // Where only the summary found no room, all messages are there.
+        // If only the summary found no room, all messages are there.
         assert_eq!(
             acknowledged + lost,
             if bytes.is_empty() { lost } else { 200 },
@@ -193,8 +193,8 @@ fn a_full_disk_loses_nothing_that_was_acknowledged() {
     assert!(partly > 10, "{partly}");
 }
 
-/// The end of the program leaves a beginning of the file: of any length it reads up to its last
-/// whole message.
+/// If the program dies, only a beginning of the file is left: of whatever length, it can be read up
+/// to its last complete message.
 #[test]
 fn a_recording_that_is_cut_off_anywhere_reads_up_to_there() {
     let (whole, ..) = record(usize::MAX);
@@ -208,8 +208,8 @@ fn a_recording_that_is_cut_off_anywhere_reads_up_to_there() {
     assert!(most >= 199, "{most}");
 }
 
-/// What the disk is given at once is bounded, however much waits: the thread could be kept
-/// collecting for ever.
+/// The size of one write is bounded, however many messages wait: otherwise the thread could collect
+/// for ever.
 #[test]
 fn what_waits_is_written_in_parts() {
     struct Counting(Rc<RefCell<Vec<usize>>>);
@@ -245,12 +245,12 @@ fn what_waits_is_written_in_parts() {
         &progress,
     );
     assert_eq!(progress.lock().acknowledged, 1000);
-    // Beginning and summary are one each.
+    // Beginning and summary are one write each.
     let writes = writes.borrow().len();
     assert_eq!(writes, 2 + 1000_usize.div_ceil(thread::MOST_AT_ONCE));
 }
 
-/// Each piece can be read alone: what its reader must know stands first.
+/// Each piece can be read alone: it begins with what its reader must know.
 #[test]
 fn a_long_recording_is_cut_into_pieces_that_stand_alone() {
     let disks = Disks {
@@ -310,7 +310,7 @@ fn room_for_some() -> usize {
     sizes.find(takes_some).unwrap()
 }
 
-/// Where the disk was full another piece begins as soon as one can, and the fault is over.
+/// After a full disk a new piece begins as soon as there is room, and the fault is over.
 #[test]
 fn a_recording_begins_again_when_there_is_room() {
     let disks = Disks {
@@ -404,7 +404,7 @@ fn a_folder_keeps_to_its_budget_while_it_is_written() {
     let path = folder.path();
     let sizes = |path: &Path| {
         let entries = std::fs::read_dir(path).unwrap().flatten();
-        // One that was deleted meanwhile has no size.
+        // A piece that was deleted meanwhile has no size.
         entries.filter_map(|entry| entry.metadata().ok().map(|data| data.len()))
     };
     let most = std::thread::scope(|scope| {
@@ -424,7 +424,7 @@ fn a_folder_keeps_to_its_budget_while_it_is_written() {
     let body = progress.lock().clone();
     assert_eq!((body.acknowledged, body.lost), (20_000, 0));
     let (left, pieces) = (sizes(path).sum::<u64>(), sizes(path).count());
-    // One that has just begun, and what was written at once behind the end of the one before.
+    // The piece that has just begun, and the last write to the one before, which exceeded its size.
     let most_over = 2 * keep.piece_bytes;
     assert!(
         most > keep.all_bytes / 2 && most < keep.all_bytes + most_over,

@@ -1,8 +1,9 @@
-//! The recorder's thread: takes what waits, writes it, acknowledges it.
+//! The recorder's thread: takes waiting messages, writes them, acknowledges them.
 //!
 //! A piece that is long or old enough is finished, and the next begins with what its reader must
-//! know: the bridge's hello, which names the robot, its devices, and the state of safety. Where a
-//! piece takes no more, another is tried now and then: room on a disk comes back.
+//! know: the bridge's hello, which names the robot, its devices, and the safety state. If a piece
+//! cannot be written any more, a new one is tried now and then, because a full disk may get room
+//! again.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,17 +19,17 @@ use super::pieces::{Keep, Pieces};
 use super::ros::{self, Topic};
 use super::writer::Writer;
 
-/// How often what was written is forced to the disk.
+/// How often written messages are forced to the disk.
 const FORCE: Duration = Duration::from_secs(1);
-/// Between two tries to go on, where the disk takes nothing.
+/// Interval between tries while the disk accepts no writes.
 pub(super) const TRY_AGAIN: Duration = match cfg!(test) {
     true => Duration::from_millis(500),
     false => Duration::from_secs(5),
 };
-/// Entries that are written at once, and acknowledged or lost together.
+/// Most entries per write; they are acknowledged or lost together.
 pub(super) const MOST_AT_ONCE: usize = 256;
 
-/// How the recording goes; the hub reads it.
+/// The state of the recording; the hub reads it.
 #[derive(Debug, Default)]
 pub(super) struct Progress(Mutex<RecordingBody>);
 
@@ -47,7 +48,8 @@ impl Progress {
         self.lock().lost += count;
     }
 
-    /// Why nothing more is written, in words for a person: the hub tells everybody, and logs it.
+    /// Sets why nothing is being written, as a sentence for people: the hub logs it and tells all
+    /// clients.
     fn fail(&self, why: String) {
         self.lock().fault = Some(why);
     }
@@ -58,16 +60,16 @@ impl Progress {
     }
 }
 
-/// What goes on while a recording is written.
+/// The state while a recording is written.
 struct Recording<'a, P: Pieces> {
     pieces: P,
     keep: Keep,
     progress: &'a Progress,
-    /// None while the disk takes nothing.
+    /// None while the disk accepts no writes.
     writer: Option<Writer<P::File>>,
     path: PathBuf,
     begun: Instant,
-    /// Not tried again before.
+    /// A new piece is not tried before this.
     next_try: Instant,
     head: Head,
     odom: ros::Odom,
@@ -92,7 +94,7 @@ impl Head {
         *place = Some(entry.clone());
     }
 
-    /// As at the beginning of a piece that begins with `first`.
+    /// These messages with the time of `first`, the first entry of a piece.
     fn at(&self, first: &Recorded) -> Vec<Recorded> {
         let all = [&self.hello, &self.devices, &self.safety];
         let known = all.into_iter().flatten();
@@ -106,7 +108,7 @@ impl Head {
     }
 }
 
-/// Writes until nothing more can come: into `first`, at this path, and into further pieces.
+/// Writes until nothing more can come: into `first`, at this path, then into further pieces.
 pub(super) fn run<P: Pieces>(
     (first, path): (P::File, PathBuf),
     pieces: P,
@@ -181,7 +183,7 @@ impl<P: Pieces> Recording<'_, P> {
         }
     }
 
-    /// Whether another piece is to begin.
+    /// Whether a new piece must begin.
     fn is_due(&self) -> bool {
         match &self.writer {
             Some(writer) => {
@@ -192,7 +194,7 @@ impl<P: Pieces> Recording<'_, P> {
         }
     }
 
-    /// Begins another piece, if there may be one, whose first entry is to be `first`.
+    /// Begins a new piece, if there may be one; `first` will be its first entry.
     fn next_piece(&mut self, first: &Recorded) {
         self.next_try = Instant::now() + TRY_AGAIN;
         self.pieces.make_room(&self.path);
@@ -212,10 +214,10 @@ impl<P: Pieces> Recording<'_, P> {
                     self.failed(&error);
                 }
             }
-            // The only piece goes on for as long as it takes.
+            // The only piece goes on, whatever its length.
             Ok(None) => (),
             Err(error) if self.writer.is_none() => self.progress.fail(error.to_string()),
-            // Better too long a piece than none.
+            // A piece that is too long is better than none.
             Err(error) => {
                 tracing::warn!("the next piece of the recording cannot begin: {error}");
                 self.begun = Instant::now();
@@ -252,7 +254,7 @@ impl<P: Pieces> Recording<'_, P> {
     }
 }
 
-/// What a person reads of it.
+/// The error as a sentence for people.
 fn words(error: &McapError, path: &Path) -> String {
     let path = path.display();
     match error {
@@ -263,7 +265,7 @@ fn words(error: &McapError, path: &Path) -> String {
     }
 }
 
-/// Also where a quota or a limit of the file's size is reached.
+/// Whether the disk is full, or a quota or a limit of the file's size is reached.
 pub(crate) fn is_full(error: &io::Error) -> bool {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)

@@ -1,5 +1,5 @@
-//! Writes entries of a recording as MCAP: each message as it crossed the wire, and beside it the
-//! same for other tools.
+//! Writes entries of a recording as MCAP: each message as it crossed the wire, followed by the same
+//! content for other tools.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -20,20 +20,20 @@ pub(super) struct Writer<S: Storage> {
     slamlab: u16,
     topics: BTreeMap<Topic, u16>,
     sequence: u32,
-    /// Where the wheels say that the robot is; it goes on from piece to piece.
+    /// The accumulated odometry; it goes on from piece to piece.
     pub(super) odom: ros::Odom,
 }
 
 impl<S: Storage> Writer<S> {
-    /// Writes the beginning of a file that holds these topics beside every message as it is.
+    /// Writes the beginning of a file with these topics, in addition to every message as it is.
     ///
-    /// Readers can jump between chunks, and some read nothing else (Rerun); but a chunk under way
-    /// is lost with the program.
+    /// Readers can seek between chunks, and some require chunks (Rerun); but an unfinished chunk is
+    /// lost if the program dies.
     pub(super) fn new(storage: S, topics: &[Topic], in_chunks: bool) -> Result<Self, McapError> {
         let journal = Journal::new(storage);
         let options = WriteOptions::new()
             .use_chunks(in_chunks)
-            // What was written stays: the file only grows.
+            // Never seek back: the file only grows.
             .disable_seeking(in_chunks)
             .compression(None)
             .profile("ros2")
@@ -62,7 +62,7 @@ impl<S: Storage> Writer<S> {
         })
     }
 
-    /// Bytes that stand in the file.
+    /// Bytes in the file.
     pub(super) fn length(&self) -> u64 {
         self.journal.length()
     }
@@ -97,7 +97,7 @@ impl<S: Storage> Writer<S> {
         self.made(&ros, time)
     }
 
-    /// Adds messages of topics; not written before the next [`Self::write`].
+    /// Adds ROS messages; they are written with the next [`Self::write`].
     pub(super) fn made(&mut self, messages: &Messages, time: Duration) -> Result<(), McapError> {
         for (topic, bytes) in messages {
             if let Some(&channel) = self.topics.get(topic) {
@@ -122,7 +122,7 @@ impl<S: Storage> Writer<S> {
         Ok(self.journal.force()?)
     }
 
-    /// Adds the summary; the odometry so far.
+    /// Adds the summary, and returns the accumulated odometry.
     pub(super) fn finish(mut self) -> Result<ros::Odom, McapError> {
         self.mcap.finish()?;
         self.journal.commit()?;

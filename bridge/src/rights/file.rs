@@ -1,7 +1,7 @@
-//! The file of the rights: TOML, a block for each.
+//! The file of the rights: TOML, one block for each.
 //!
-//! In: its text. Out: names, roles and verifiers; or what is wrong with it, and in which line.
-//! Nothing is written over what could not be read, and two commands at a time wait for each other.
+//! In: its text. Out: names, roles and verifiers; or what is wrong with it, and in which line. A
+//! file that cannot be read is never overwritten, and concurrent commands wait for each other.
 
 use std::fs::File;
 use std::ops::Range;
@@ -16,7 +16,7 @@ use crate::replaced_file;
 use crate::secret_file::{self, SecretFileError};
 use crate::token::{Token, TokenError};
 
-/// Rights in a file. More are a matter for another program.
+/// Most rights in a file. More need another program.
 const MOST: usize = 200;
 
 const HEAD: &str = "# Who may do what at this robot's bridge. `slamlab-bridge token add`, `list` and `revoke` work on this file.\n\
@@ -29,7 +29,7 @@ pub enum RightsError {
     /// The file cannot be read or written, or others can read it.
     #[error("rights {0}")]
     File(#[from] SecretFileError),
-    /// It does not hold rights.
+    /// The file does not hold rights.
     #[error("rights {}, line {line}: {said}; it is left as it is", path.display())]
     Text {
         /// The file.
@@ -39,7 +39,7 @@ pub enum RightsError {
         /// What is wrong there.
         said: String,
     },
-    /// They cannot be put into words.
+    /// The rights cannot be serialised.
     #[error("rights {}: {source}", path.display())]
     Unwritable {
         /// The file.
@@ -47,7 +47,7 @@ pub enum RightsError {
         /// Why not.
         source: toml::ser::Error,
     },
-    /// Names tell rights apart.
+    /// Two rights have the same name.
     #[error("rights {}, line {line}: there are two of the name {name}", path.display())]
     Twice {
         /// The file.
@@ -57,7 +57,7 @@ pub enum RightsError {
         /// Which.
         name: Name,
     },
-    /// There are too many.
+    /// There are too many rights.
     #[error("rights {}: {count}; expected at most {MOST}", path.display())]
     TooMany {
         /// The file.
@@ -65,18 +65,18 @@ pub enum RightsError {
         /// How many there are.
         count: usize,
     },
-    /// There is one of this name.
+    /// There already is a right of this name.
     #[error("there is a right of the name {0} already: revoke it first, or take another name")]
     Taken(Name),
-    /// There is none of this name.
+    /// There is no right of this name.
     #[error("there is no right of the name {name}; there are {known}")]
     Unknown {
         /// Which.
         name: Name,
-        /// Those that there are.
+        /// The existing ones.
         known: String,
     },
-    /// No token could be drawn.
+    /// No random token could be made.
     #[error(transparent)]
     Token(#[from] TokenError),
 }
@@ -85,14 +85,14 @@ pub enum RightsError {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RightsFile(PathBuf);
 
-/// A right as a person reads of it.
+/// A right as shown to people.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Listed {
     /// Its name.
     pub name: Name,
-    /// What it is good for.
+    /// Its role.
     pub role: Role,
-    /// When it was made, as it stands there.
+    /// When it was made, as written in the file.
     pub made: String,
 }
 
@@ -135,7 +135,7 @@ impl TryFrom<String> for Hexadecimal {
 }
 
 impl RightsFile {
-    /// At this path, whether it is there or not.
+    /// The file at this path, whether it exists or not.
     #[must_use]
     pub fn at(path: PathBuf) -> Self {
         Self(path)
@@ -147,9 +147,9 @@ impl RightsFile {
         &self.0
     }
 
-    /// The rights; none where there is no file.
+    /// The rights; none if there is no file.
     ///
-    /// # Errors    [`RightsError`], with the line where it is about one.
+    /// # Errors    [`RightsError`], with the line if the error is in one.
     pub(crate) fn granted(&self) -> Result<Vec<Granted>, RightsError> {
         let granted = |entry: Entry| Granted {
             right: Right {
@@ -161,9 +161,9 @@ impl RightsFile {
         Ok(self.read()?.right.into_iter().map(granted).collect())
     }
 
-    /// The rights, to be shown.
+    /// The rights, to show to people.
     ///
-    /// # Errors    [`RightsError`], with the line where it is about one.
+    /// # Errors    [`RightsError`], with the line if the error is in one.
     pub fn list(&self) -> Result<Vec<Listed>, RightsError> {
         let listed = |entry: Entry| Listed {
             name: entry.name.into_inner(),
@@ -173,9 +173,10 @@ impl RightsFile {
         Ok(self.read()?.right.into_iter().map(listed).collect())
     }
 
-    /// Makes a right; its token, which is shown now and never again. `made` is the time of day.
+    /// Makes a right, and returns its token, which can be shown only now. `made` is the time of
+    /// day.
     ///
-    /// # Errors    [`RightsError`]; then the file is as it was.
+    /// # Errors    [`RightsError`]; then the file is unchanged.
     pub fn add(&self, name: Name, role: Role, made: Datetime) -> Result<Token, RightsError> {
         let _alone = self.lock()?;
         let mut text = self.read()?;
@@ -193,9 +194,9 @@ impl RightsFile {
         Ok(token)
     }
 
-    /// Takes a right away; what it was good for.
+    /// Takes a right away, and returns its role.
     ///
-    /// # Errors    [`RightsError`]; then the file is as it was.
+    /// # Errors    [`RightsError`]; then the file is unchanged.
     pub fn revoke(&self, name: &Name) -> Result<Role, RightsError> {
         let _alone = self.lock()?;
         let mut text = self.read()?;
@@ -269,7 +270,7 @@ impl RightsFile {
         )?)
     }
 
-    /// Waits until no other command is at the file; until this is dropped, none is.
+    /// Waits until no other command uses the file, and locks it until the returned file is dropped.
     fn lock(&self) -> Result<File, RightsError> {
         let path = self.0.with_extension("lock");
         let made = self.0.parent().map_or(Ok(()), std::fs::create_dir_all);

@@ -1,4 +1,4 @@
-//! Where the rights come from, and that the running bridge knows when they change.
+//! Where the rights come from, and how a running bridge notices that they change.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -9,18 +9,18 @@ use tokio::sync::watch;
 use super::{Rights, RightsError, RightsFile};
 use crate::token::{Token, TokenError};
 
-/// Between two looks at the files.
+/// Interval between checks of the files.
 const LOOK: Duration = Duration::from_millis(250);
 
 /// Where the rights come from.
 #[derive(Clone, Debug, Default)]
 pub enum Keys {
-    /// Nobody has any.
+    /// Nobody has a right.
     #[default]
     None,
-    /// Who has this token is the owner, for as long as the bridge runs.
+    /// Whoever has this token is the owner, as long as the bridge runs.
     Token(Token),
-    /// From files, which are looked at while the bridge runs.
+    /// From files, which are checked while the bridge runs.
     Files(Files),
 }
 
@@ -29,7 +29,7 @@ pub enum Keys {
 pub struct Files {
     /// The owner's token, as [`Token::load_or_create`] makes it.
     pub token: PathBuf,
-    /// All others.
+    /// All other rights.
     pub rights: RightsFile,
 }
 
@@ -37,16 +37,16 @@ pub struct Files {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum KeysError {
-    /// There is no token of the owner.
+    /// There is no owner's token.
     #[error(transparent)]
     Token(#[from] TokenError),
-    /// The others cannot be read.
+    /// The other rights cannot be read.
     #[error(transparent)]
     Rights(#[from] RightsError),
 }
 
 impl Keys {
-    /// The rights as they are now.
+    /// The present rights.
     ///
     /// # Errors    [`KeysError`].
     pub fn read(&self) -> Result<Rights, KeysError> {
@@ -63,8 +63,8 @@ impl Keys {
 }
 
 impl Files {
-    /// What can be read, and what is wrong with the rest: whoever has a right by a file that cannot
-    /// be read has none.
+    /// The rights that can be read, and what is wrong with the rest: a file that cannot be read
+    /// grants no rights.
     fn look(&self) -> (Rights, Vec<String>) {
         let owner = Token::load(&self.token).map(|token| vec![Rights::owner(&token)]);
         let owner = owner.map_err(|error| error.to_string());
@@ -81,7 +81,7 @@ impl Files {
     }
 }
 
-/// Tells of every change of the rights, for as long as somebody listens.
+/// Reports every change of the rights, as long as somebody listens.
 pub(crate) async fn keep_up(keys: Keys, rights: watch::Sender<Arc<Rights>>) {
     let Keys::Files(files) = keys else {
         return rights.closed().await;

@@ -1,4 +1,4 @@
-//! Names of rights: they stand in commands, in logs and on the page.
+//! Names of rights: they appear in commands, in logs and on the page.
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,7 +12,7 @@ const LONGEST: usize = 32;
 #[serde(into = "String", try_from = "String")]
 pub struct Name(String);
 
-/// What is no name.
+/// The text is not a valid name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{given:?} is no name; expected 1 to {LONGEST} letters and digits, and `.`, `-` or `_` between them"

@@ -11,7 +11,7 @@ use slamlab_core::wire::message::{FromBridge, ScanBody};
 
 use crate::record::ros::{Moved, Odom, drawn, in_space, intensities, placed};
 
-/// What is sent to it.
+/// What is sent to a client.
 #[derive(Debug, PartialEq, Serialize)]
 #[serde(tag = "op", rename_all = "snake_case")]
 pub(super) enum Reply<'a> {
@@ -34,7 +34,7 @@ pub(super) enum Reply<'a> {
     },
 }
 
-/// From the bridge's messages to those of topics.
+/// Converts the bridge's messages to those of topics.
 #[derive(Default)]
 pub(super) struct Topics {
     odom: Odom,
@@ -42,10 +42,10 @@ pub(super) struct Topics {
 
 impl Topics {
     const NAMES: [&'static str; 5] = ["/scan", "/odom", "/tf", "/pose", "/map"];
-    /// How many of them there are without a map.
+    /// The number of topics without a map.
     const WITHOUT_MAP: usize = 3;
 
-    /// Those that can be had of a bridge that maps, or does not.
+    /// The topics of a bridge that maps, or does not.
     pub(super) fn names(maps: bool) -> &'static [&'static str] {
         match maps {
             true => &Self::NAMES,
@@ -83,7 +83,7 @@ impl Topics {
         }
     }
 
-    /// A pose that was told, once the odometry has reached it.
+    /// The last pose from the mapper, once the odometry has reached its time.
     fn localised(&mut self, now: Duration) -> Vec<(&'static str, Value)> {
         let Some((estimate, odom_from_robot)) = self.odom.localised() else {
             return vec![];
@@ -116,7 +116,7 @@ fn map(cells: &OccupancyMap, now: Duration) -> Value {
     })
 }
 
-/// Why a topic cannot be had.
+/// Why a topic is not available.
 pub(super) fn no_topic(topic: &str, maps: bool) -> String {
     let others = format!("there are {}", Topics::names(maps).join(", "));
     match topic {
@@ -165,7 +165,7 @@ fn transform(from: &Pose2, [parent, child]: [&str; 2], now: Duration) -> Value {
     }] })
 }
 
-/// What is no number becomes `null`, as rosbridge has it.
+/// Values that are not finite become `null`, as in rosbridge.
 fn scan(body: &ScanBody, now: Duration) -> Value {
     let even = EvenBeams::of(&body.bearings, &body.ranges);
     let (first, step) = (even.first as f32, even.step as f32);

@@ -1,21 +1,23 @@
-//! A subset of rosbridge v2, for scripts that know roslibjs or roslibpy.
+//! A subset of rosbridge v2, for scripts that use roslibjs or roslibpy.
 //!
-//! In: JSON of such a client. Out: `/scan`, `/odom` and `/tf` to those who subscribed, and `/map`
-//! and `/pose` where the bridge maps; `/cmd_vel` to the robot, from whoever has the token, the
-//! lease, and armed.
+//! In: JSON from such a client. Out: `/scan`, `/odom` and `/tf` to subscribers, and `/map` and
+//! `/pose` if the bridge maps; `/cmd_vel` to the robot, from a client that has shown a driver's
+//! token, holds the lease and has armed the robot.
 //!
-//! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates; it is off by default.
-//! 2. rosbridge has no place for a token. Services stand in: `/slamlab/challenge` gives a
-//!    challenge, `/slamlab/enter` takes the proof made of it
-//!    ([`slamlab_core::wire::message::proof`]), `/slamlab/take` the lease, `/slamlab/arm` arms.
-//!    Anyone may call `/slamlab/stop` and `/slamlab/emergency_stop`, but where watching needs the
-//!    token: there the proof must come in time. Then `/cmd_vel` drives, at 10 Hz or faster: the
-//!    rules are those of every client ([`crate::safety`]). `/rosapi` says what there is (`rosapi`).
-//! 3. There is no `/map` where the bridge does not map: whoever watches draws its own, and `export`
-//!    draws it from a recording.
-//! 4. A driving message must show how old it is at most, and rosbridge's do not say. So a driver is
-//!    pinged ten times a second with the bridge's time; WebSocket answers in order, so what follows
-//!    on an answer was sent after its ping was seen.
+//! 1. It is served on the bridge's own port, at [`PATH`], behind the same checks; it is off by
+//!    default.
+//! 2. rosbridge has no place for a token, so services are used: `/slamlab/challenge` gives a
+//!    challenge, `/slamlab/enter` takes the proof made from it
+//!    ([`slamlab_core::wire::message::proof`]), `/slamlab/take` takes the lease, `/slamlab/arm`
+//!    arms. Then `/cmd_vel` drives, at 10 Hz or faster, by the same rules as for every client
+//!    ([`crate::safety`]). Anyone may call `/slamlab/stop` and `/slamlab/emergency_stop`; if
+//!    watching needs the token, the proof must come first, and in time. `/rosapi` lists what there
+//!    is (`rosapi`).
+//! 3. There is no `/map` if the bridge does not map: clients can build their own, and `export`
+//!    makes one from a recording.
+//! 4. A driving message must give an upper bound of its age, which rosbridge's messages do not. So
+//!    a driver is pinged ten times a second with the bridge's time. A WebSocket keeps its messages
+//!    in order, so whatever follows a pong was sent after the client saw that ping.
 //!
 //! Source: rosbridge v2 protocol specification (github.com/RobotWebTools/rosbridge_suite,
 //! ROSBRIDGE_PROTOCOL.md).
@@ -52,11 +54,11 @@ use tokio::sync::oneshot;
 /// Path of the endpoint.
 pub(crate) const PATH: &str = "/rosbridge";
 const VELOCITY: &str = "/cmd_vel";
-/// Between two pings of a client that may drive.
+/// Interval between pings of a client that may drive.
 const DRIVER_PING: Duration = Duration::from_millis(100);
 /// How old a driving message may be.
 const TTL_MILLIS: u16 = 400;
-/// Between two answers that say why the same way that a command was left out.
+/// Interval between answers that give the same reason for ignoring a command.
 const SAY_AGAIN: Duration = Duration::from_secs(1);
 
 /// Serves a client to its end.
@@ -89,10 +91,10 @@ struct Peer<'a> {
     topics: Topics,
     subscriptions: Subscriptions,
     services: Services,
-    /// Newest bridge time that it has surely seen, µs.
+    /// Newest bridge time that the client has certainly seen, µs.
     seen: u64,
     sequence: u32,
-    /// Why a command was left out last, and when that was said.
+    /// Why a command was last ignored, and when that was reported.
     left_out: Option<(RefusalReason, Duration)>,
 }
 
@@ -101,7 +103,7 @@ impl Peer<'_> {
         let mut why_not = close::ACCESS;
         if self.shared.about.watching == Watching::Anyone {
             match self.join(None).await {
-                // Who has the token may still show it.
+                // A client that has a token may still show it.
                 Err(Some(close::FULL)) => why_not = close::FULL,
                 joined => joined?,
             }
@@ -132,7 +134,7 @@ impl Peer<'_> {
         }
     }
 
-    /// Becomes a client of the hub; again, with its right, once that is shown.
+    /// Joins the hub as a client; joins again, with its right, once that is shown.
     async fn join(&mut self, granted: Option<Granted>) -> Result<(), End> {
         self.leave().await;
         let name = "rosbridge".to_owned();
@@ -161,7 +163,7 @@ impl Peer<'_> {
             Incoming::Pong(bytes) => {
                 let sent = bytes.try_into().map(u64::from_le_bytes).unwrap_or(0);
                 let now = self.shared.clock.now().as_micros() as u64;
-                // Nobody has seen what is still to come: that answers no ping of ours.
+                // A time in the future answers no ping of ours.
                 if sent <= now {
                     self.seen = self.seen.max(sent);
                 }
@@ -206,7 +208,8 @@ impl Peer<'_> {
         if let Err(why) = self.subscriptions.add(topic, id.as_ref(), throttle) {
             return self.refuse(id, &why);
         }
-        // It is sent when it changes, and to who asks for it, who may have missed that.
+        // The map is sent when it changes, and at once to a new subscriber, which may have missed
+        // the last change.
         let mapping = self.shared.mapping.as_ref();
         let map = mapping.and_then(|mapping| mapping.shown().borrow().map.clone());
         match map.filter(|_| is_map) {
@@ -237,8 +240,8 @@ impl Peer<'_> {
         self.refuse(id, &format!("{VELOCITY} was left out: {reason}"))
     }
 
-    /// Asks the hub for something, as any client would, and waits for what comes of it; none where
-    /// it is no client yet.
+    /// Sends a message to the hub, as any client would, and waits for the answer; none if it is not
+    /// a client yet.
     async fn ask(&mut self, message: ToBridge) -> Result<Option<Answer>, End> {
         let Some((id, _)) = self.client else {
             return Ok(None);
@@ -256,7 +259,7 @@ impl Peer<'_> {
         answered.await.map(Some).map_err(|_| Some(GOING_AWAY))
     }
 
-    /// Sends what was subscribed of a message.
+    /// Sends what a message holds for the subscribed topics.
     fn forward(&mut self, message: &FromBridge) -> Result<(), End> {
         let now = self.shared.clock.now();
         for (topic, msg) in self

@@ -1,24 +1,23 @@
 //! What a client of rosbridge sends.
 //!
-//! Clients differ in how they write it: numbers for texts, floats for integers, a stamped message
-//! for a plain one, a list for named arguments. Whatever can be understood is; the rest has a
-//! sentence for its sender, and ends no connection: the next message may be a stop.
+//! Clients differ in how they write it: numbers for strings, floats for integers, a stamped message
+//! for a plain one, a list for named arguments. Everything that can be understood is accepted. For
+//! the rest the sender gets a sentence, and the connection goes on: the next message may be a stop.
 
 use std::time::Duration;
 
 use serde_json::Value;
 use slamlab_core::robot::Command;
 
-/// A request, and the name by which its sender knows it.
+/// A request, and the sender's name for it.
 #[derive(Debug, PartialEq)]
 pub(super) struct Request {
-    /// Whatever it is, it comes back as it is.
+    /// Sent back unchanged, whatever it is.
     pub(super) id: Option<Value>,
     pub(super) asked: Asked,
 }
 
-/// What is asked. Fields that only tune how it is answered (queues, compression, types) are passed
-/// over.
+/// What is asked. Fields that only tune the answer (queues, compression, types) are ignored.
 #[derive(Debug, PartialEq)]
 pub(super) enum Asked {
     Subscribe {
@@ -39,11 +38,11 @@ pub(super) enum Asked {
         service: String,
         args: Value,
     },
-    /// What needs no answer.
+    /// A request that needs no answer.
     Nothing,
 }
 
-/// What cannot be done, for its sender.
+/// Why a request cannot be done, for its sender.
 #[derive(Debug, PartialEq)]
 pub(super) struct NotUnderstood {
     pub(super) id: Option<Value>,
@@ -103,7 +102,7 @@ fn taken(whole: &mut Value, key: &str) -> Value {
     whole.get_mut(key).map(Value::take).unwrap_or_default()
 }
 
-/// Names stand for themselves with and without the slash.
+/// The name with a leading slash: with and without it, names mean the same.
 fn rooted(name: &str) -> String {
     match name.starts_with('/') {
         true => name.to_owned(),
@@ -111,15 +110,15 @@ fn rooted(name: &str) -> String {
     }
 }
 
-/// From milliseconds; what is no time throttles nothing.
+/// Converts milliseconds; a value that is not a time throttles nothing.
 fn throttle(value: Option<&Value>) -> Duration {
     let millis = value.and_then(Value::as_f64).unwrap_or(0.0);
     Duration::try_from_secs_f64(1e-3 * millis).unwrap_or_default()
 }
 
 /// `geometry_msgs/Twist` or `geometry_msgs/TwistStamped`, as far as a robot on a floor can follow
-/// it. A part that is missing is 0, as ROS has it; something else in its place is no command, nor
-/// is a message without both vectors.
+/// it. A missing component is 0, as in ROS; a component of another type is an error, and so is a
+/// message without both vectors.
 pub(super) fn velocity(msg: &Value) -> Result<Command, String> {
     let twist = msg.get("twist").unwrap_or(msg);
     let part = |vector: &str, axis: &str| {
@@ -141,7 +140,7 @@ pub(super) fn velocity(msg: &Value) -> Result<Command, String> {
     }
 }
 
-/// An argument of a service, by its name or as the only one of a list.
+/// An argument of a service, by its name or as the only element of a list.
 pub(super) fn argument<'a>(args: &'a Value, name: &str) -> Option<&'a Value> {
     match args {
         Value::Array(list) => list.first().filter(|_| list.len() == 1),
@@ -173,7 +172,7 @@ mod tests {
         assert_eq!(read(&call).asked, Asked::CallService { service, args });
     }
 
-    /// Each closed the connection once, and with it the way to stop.
+    /// Regression: each of these closed the connection, so the client could no longer send a stop.
     #[test]
     fn slips_that_can_be_understood_are_no_slips() {
         let throttles = [

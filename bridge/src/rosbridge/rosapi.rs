@@ -1,4 +1,4 @@
-//! `/rosapi`: what there is, for clients that ask before they subscribe.
+//! `/rosapi`: lists topics, services and parameters, for clients that ask before they subscribe.
 //!
 //! Source: rosapi of rosbridge_suite, service definitions in `rosapi_msgs/srv`; names of types as
 //! ROS 2 has them.
@@ -14,8 +14,8 @@ use crate::shared::Shared;
 
 const NODE: &str = "/slamlab_bridge";
 
-/// Topics with their types: what is taken, what is published, and what only a bridge that maps
-/// publishes.
+/// Topics with their types: first what is accepted, then what is published, then what only a
+/// mapping bridge publishes.
 const TOPICS: [(&str, &str); 6] = [
     (super::VELOCITY, "geometry_msgs/msg/Twist"),
     ("/scan", "sensor_msgs/msg/LaserScan"),
@@ -26,7 +26,7 @@ const TOPICS: [(&str, &str); 6] = [
 ];
 const WITHOUT_MAP: usize = 4;
 
-/// The answer of the service of this name behind `/rosapi/`; an error in words where it has none.
+/// The answer of the service with this name after `/rosapi/`, or a sentence why there is none.
 pub(super) fn answer(
     service: &str,
     args: &Value,
@@ -91,12 +91,12 @@ pub(super) fn answer(
         "get_param" => {
             let name = text("name")?;
             let value = param(name, shared).ok_or_else(|| format!("there is no {name}"))?;
-            // As JSON in a text, as rosapi has it.
+            // As JSON in a string, as in rosapi.
             json!({ "value": value.to_string() })
         }
         "get_time" => {
             let (seconds, nanos) = (now.as_secs(), now.subsec_nanos());
-            // By the names of ROS 1 and of ROS 2.
+            // With the field names of both ROS 1 and ROS 2.
             json!({ "time": { "secs": seconds, "nsecs": nanos, "sec": seconds, "nanosec": nanos } })
         }
         "get_ros_version" => json!({ "version": 2, "distro": "" }),
@@ -104,7 +104,7 @@ pub(super) fn answer(
     })
 }
 
-/// Behind `/rosapi/`, with their types.
+/// The services under `/rosapi/`, with their types.
 const SERVICES: [(&str, &str); 15] = [
     ("topics", "rosapi_msgs/srv/Topics"),
     ("topics_for_type", "rosapi_msgs/srv/TopicsForType"),
@@ -130,18 +130,18 @@ fn services() -> impl Iterator<Item = (String, &'static str)> {
     own.into_iter().chain(of_api)
 }
 
-/// Their names.
+/// The names of all services.
 pub(super) fn names_of_services() -> Vec<String> {
     services().map(|(name, _)| name).collect()
 }
 
-/// The type of a service; empty where ROS has none for it. None where there is no such service.
+/// The type of a service; empty if ROS has no type for it. None if there is no such service.
 fn type_of_service(service: &str) -> Option<&'static str> {
     let mut all = services();
     all.find(|(name, _)| name == service).map(|(_, kind)| kind)
 }
 
-/// What is fixed for as long as the bridge runs.
+/// The parameters, which do not change while the bridge runs.
 fn params(shared: &Shared) -> Vec<(&'static str, Value)> {
     let hello = hub::hello(
         [0; CHALLENGE_BYTES],
@@ -186,7 +186,7 @@ fn same_type(kind: &str, other: &str) -> bool {
 mod tests {
     use super::*;
 
-    /// All were called a Trigger, which has an answer that none of them gives.
+    /// Regression: all were listed as a Trigger, whose answer none of them gives.
     #[test]
     fn a_service_is_of_its_own_type_or_of_none_that_ros_knows() {
         let types = [

@@ -1,8 +1,8 @@
-//! The services that stand in for what rosbridge does not know: the token, the lease, arming; and
-//! the stops.
+//! The services for what rosbridge itself does not have: the token, the lease, arming; and the
+//! stops.
 //!
-//! Each call is answered at once, whatever was called before. What cannot be done is a call that
-//! failed, with the reason, and ends no connection but where a proof is wrong.
+//! Each call is answered at once, whatever was called before. A call that cannot be done fails with
+//! the reason; only a wrong proof ends the connection.
 
 use serde_json::{Value, json};
 use slamlab_core::wire::message::{CHALLENGE_BYTES, RefusalReason, ToBridge, close};
@@ -14,12 +14,12 @@ use crate::ending::{End, INTERNAL};
 use crate::hexadecimal;
 use crate::hub::Answer;
 
-/// Of a call without arguments, and of an answer without values.
+/// Type of a call without arguments and an answer without values.
 const EMPTY: &str = "std_srvs/srv/Empty";
-/// ROS has no type for it.
+/// For services for which ROS has no type.
 const OWN: &str = "";
 
-/// Behind `/slamlab/`, with their types.
+/// The services under `/slamlab/`, with their types.
 pub(super) const SERVICES: [(&str, &str); 10] = [
     ("challenge", OWN),
     ("enter", OWN),
@@ -33,12 +33,12 @@ pub(super) const SERVICES: [(&str, &str); 10] = [
     ("reset_map", EMPTY),
 ];
 
-/// How far a client has come.
+/// How far a client has got.
 #[derive(Debug, Default)]
 pub(super) struct Services {
-    /// Worth one proof.
+    /// Good for one proof.
     challenge: Option<[u8; CHALLENGE_BYTES]>,
-    /// Of the lease; none is 0.
+    /// Epoch of the lease; 0 without one.
     pub(super) epoch: u32,
 }
 
@@ -121,8 +121,8 @@ impl Peer<'_> {
         }
     }
 
-    /// A wrong proof ends the connection, as it does everywhere; a challenge is worth one. Where
-    /// nothing is there to be compared, nothing was tried.
+    /// A wrong proof ends the connection, as everywhere; a challenge is good for one proof. A call
+    /// without a proof or a challenge is no attempt, and only fails.
     async fn enter(&mut self, args: &Value) -> Result<Outcome, End> {
         let Some(shown) = argument(args, "proof").and_then(Value::as_str) else {
             return Ok((false, json!("proof is missing, or no text")));

@@ -1,10 +1,10 @@
 //! What a client has subscribed to.
 //!
-//! In: its `subscribe` and `unsubscribe`. Out: whether a message of a topic is to go out now.
+//! In: its `subscribe` and `unsubscribe`. Out: whether a message of a topic must be sent now.
 //!
-//! A client may subscribe to a topic more than once, each time by an `id` of its own: roslib does
-//! so for each `Topic` object that a program makes. Messages go out once for all of them, as often
-//! as the one that wants them most often; the others drop what is too much for them themselves.
+//! A client may subscribe to a topic more than once, each time with its own `id`: roslib does so
+//! for each `Topic` object that a program makes. Messages are sent once for all of them, at the
+//! highest rate that one of them asks for; the client drops what is too much for the others.
 //!
 //! Source: rosbridge v2 protocol specification, `subscribe` and `unsubscribe`.
 
@@ -13,26 +13,26 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-/// Subscriptions of one client.
+/// Most subscriptions of one client.
 const MOST: usize = 64;
-/// Bytes of an `id`, as JSON: each is kept.
+/// Longest `id` as JSON, bytes: each is kept in memory.
 const LONGEST_ID: usize = 256;
 
-/// Topics with what is wanted of them; none of them is without a subscription.
+/// Topics with their subscriptions; each topic here has at least one.
 #[derive(Debug, Default)]
 pub(super) struct Subscriptions(BTreeMap<String, Wanted>);
 
-/// What is wanted of a topic.
+/// The subscriptions of one topic.
 #[derive(Debug, Default)]
 struct Wanted {
-    /// By the `id` of the subscription, as JSON; that of those without one is empty. At least so
-    /// long between two messages.
+    /// Least interval between messages, by the subscription's `id` as JSON, which is empty for a
+    /// subscription without one.
     throttles: BTreeMap<String, Duration>,
     sent: Option<Duration>,
 }
 
 impl Subscriptions {
-    /// Subscribes; another one by the same `id` takes its place.
+    /// Subscribes; a later subscription with the same `id` replaces this one.
     ///
     /// # Errors    Why that is not possible, for the client.
     pub(super) fn add(
@@ -53,12 +53,12 @@ impl Subscriptions {
         }
         let wanted = self.0.entry(topic).or_default();
         wanted.throttles.insert(id, throttle);
-        // Who has just subscribed waits for no message that went to another.
+        // A new subscription must not wait because of a message that was sent for another.
         wanted.sent = None;
         Ok(())
     }
 
-    /// Ends the subscription of this `id`, or all of the topic where none is named.
+    /// Ends the subscription with this `id`, or all of the topic if `id` is none.
     pub(super) fn remove(&mut self, topic: &str, id: Option<&Value>) {
         let Some(wanted) = self.0.get_mut(topic) else {
             return;
@@ -71,7 +71,7 @@ impl Subscriptions {
         }
     }
 
-    /// Whether a message of the topic is to be sent; then it counts as sent.
+    /// Whether a message of the topic must be sent now; if so, it counts as sent.
     pub(super) fn is_due(&mut self, topic: &str, now: Duration) -> bool {
         let Some(wanted) = self.0.get_mut(topic) else {
             return false;
@@ -108,7 +108,7 @@ mod tests {
         all
     }
 
-    /// How many of the messages of a second, one each 10 ms, are sent.
+    /// How many messages of one second, one every 10 ms, are sent.
     fn sent(all: &mut Subscriptions) -> usize {
         let times = (0..100).map(|at| Duration::from_millis(10 * at));
         times.filter(|now| all.is_due(SCAN, *now)).count()
@@ -141,7 +141,7 @@ mod tests {
         let mut all = of(&[(ids[0].clone(), 100), (ids[1].clone(), 500)]);
         all.remove(SCAN, ids[0].as_ref());
         assert_eq!(sent(&mut all), 2);
-        // By the same name it is the same subscription, with another wish.
+        // With the same id it is the same subscription, with another throttle.
         let mut all = of(&[(ids[0].clone(), 100), (ids[0].clone(), 500)]);
         assert_eq!(sent(&mut all), 2);
     }

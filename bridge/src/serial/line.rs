@@ -1,6 +1,6 @@
 //! An open serial port, read and written on two threads.
 //!
-//! In: bytes to write. Out: bytes as they came, each piece with the instant at which it came.
+//! In: bytes to write. Out: bytes as received, each piece with the instant at which it came.
 
 use std::io::{ErrorKind, Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,15 +13,15 @@ use serialport::SerialPort;
 
 use super::open::{OpenError, PortSettings};
 
-/// Pieces that wait to be taken: at 230400 baud, whatever their size, a quarter of a second at
-/// least.
+/// Most pieces that may wait to be taken: at 230400 baud, whatever their size, at least a quarter
+/// of a second.
 const MOST_PIECES: usize = 256;
-/// Writes that wait: more means that the port does not take bytes any more.
+/// Most writes that may wait: more means that the port takes no bytes any more.
 const MOST_WRITES: usize = 32;
 /// Largest piece, bytes.
 const PIECE: usize = 1024;
 
-/// An open serial port. Dropping it closes it, once what was handed over is written.
+/// An open serial port. Dropping it closes it, once pending writes are done.
 #[derive(Debug)]
 pub struct Line {
     pieces: Receiver<Piece>,
@@ -47,22 +47,22 @@ pub enum LineError {
     /// The other end is gone.
     #[error("the port is gone: the cable was pulled, or the device lost power; put it back")]
     Gone,
-    /// The system says so.
+    /// The system reported an error.
     #[error("the port does not work any more: {0}; pull the cable and put it back")]
     Failed(String),
-    /// Nothing that is written goes out.
+    /// Written bytes are not sent.
     #[error("the port takes no bytes: the device holds the line up; reset it")]
     Stuck,
 }
 
-/// What came of waiting for bytes.
+/// The result of waiting for bytes.
 #[derive(Debug)]
 pub enum Received {
     /// Bytes, and when they came.
     Bytes(Vec<u8>, Instant),
-    /// None in time.
+    /// No bytes in time.
     Nothing,
-    /// None will come.
+    /// No more bytes will come.
     Broken(LineError),
 }
 
@@ -76,7 +76,7 @@ pub(crate) trait Channel {
     /// # Errors    Why nothing can be written any more.
     fn send(&mut self, bytes: Vec<u8>) -> Result<(), LineError>;
 
-    /// Sets or clears DTR, where there is one.
+    /// Sets or clears DTR, if there is one.
     fn set_dtr(&mut self, is_set: bool);
 }
 
@@ -150,7 +150,7 @@ impl Line {
             control,
             threads: vec![reading],
         };
-        // Where this fails, dropping the line ends the reader.
+        // If this fails, dropping the line ends the reader.
         line.threads.push(writing?);
         Ok(line)
     }
@@ -158,7 +158,7 @@ impl Line {
 
 impl Drop for Line {
     fn drop(&mut self) {
-        // The writer ends once it has written what waits; the reader sees the mark at its next
+        // The writer ends once it has written what waits; the reader sees `is_closed` at its next
         // timeout.
         self.writes = None;
         self.shared.is_closed.store(true, Ordering::Relaxed);
@@ -171,10 +171,11 @@ impl Drop for Line {
 }
 
 impl Shared {
-    /// A thread has ended. Set before its channel closes: whoever sees that finds why.
+    /// Keeps why a thread has ended. It is set before the thread's channel closes, so that whoever
+    /// sees the closed channel finds the reason.
     fn ended(&self, ended: Result<(), LineError>) {
         if let Err(error) = ended {
-            // Where the other thread has ended before, its reason holds.
+            // If the other thread has failed before, its reason is kept.
             let _ = self.broken.set(error);
         }
     }
@@ -197,7 +198,7 @@ fn read(
             Err(error) if is_pause(&error) => continue,
             Err(error) => return Err(broken_by(&error)),
         };
-        // A late taker is not waited for: the kernel's own buffer would run over.
+        // Do not wait for a late receiver: the kernel's own buffer would overflow.
         if pieces.try_send((bytes, Instant::now())).is_err() {
             tracing::debug!("bytes of a serial port found no room");
         }

@@ -3,16 +3,16 @@
 //! In: the path of a port, or the address of a lidar server, and the [`Device`] at its other end.
 //! Out: a [`Source`](crate::source::Source).
 //!
-//! 1. [`Line`] reads and writes on two threads of its own, for serial ports block; the queues
+//! 1. [`Line`] reads and writes on two threads of its own, because serial ports block; the queues
 //!    between are bounded.
-//! 2. [`DeviceSource`] lets the device, which has no I/O, see bytes, time and orders, and does what
-//!    it wants done.
-//! 3. Any error of the port, and a read that gives nothing (a cable that was pulled), closes it. It
-//!    is tried again after 0.25 s, then 0.5, 1, 2, 2 … s, so that a device plugged in later, or
-//!    again, is found. Orders given meanwhile are forgotten, and whoever drives must arm again:
-//!    nothing moves by itself when a cable is put back.
+//! 2. [`DeviceSource`] passes bytes, time and orders to the device, which does no I/O itself, and
+//!    carries out what it wants.
+//! 3. Any error of the port, or a read that returns 0 bytes (a pulled cable), closes it. It is
+//!    tried again after 0.25 s, then 0.5, 1, 2, 2 … s, so a device that is plugged in later, or
+//!    again, is found. Orders given meanwhile are dropped, and the driver must arm again: nothing
+//!    moves by itself when a cable is put back.
 //!
-//! Why not an asynchronous port: `tokio-serial` 5.5 gives `Ok(0)` for ever after a hang-up.
+//! Why not an asynchronous port: `tokio-serial` 5.5 returns `Ok(0)` for ever after a hang-up.
 
 mod line;
 mod open;
@@ -25,7 +25,7 @@ use slamlab_core::device::Weight;
 pub use slamlab_core::device::{Device, Want};
 pub use source::DeviceSource;
 
-/// Writes a device's note into the log.
+/// Writes a device's note to the log.
 pub(crate) fn note(device: &str, weight: Weight, text: &str) {
     match weight {
         Weight::Detail => tracing::debug!("{device}: {text}"),

@@ -29,7 +29,7 @@ pub enum OpenError {
         /// The port.
         path: String,
     },
-    /// This user may not.
+    /// This user has no permission.
     #[error(
         "{path}: permission denied: add this user to the group that owns it (`sudo usermod -aG dialout $USER`, then log \
          in again), or install the udev rules"
@@ -38,7 +38,7 @@ pub enum OpenError {
         /// The port.
         path: String,
     },
-    /// Somebody else has it.
+    /// Another program has it open.
     #[error(
         "{path} is busy: another program has it open (`fuser {path}` names it; often a second bridge or ModemManager)"
     )]
@@ -46,7 +46,7 @@ pub enum OpenError {
         /// The port.
         path: String,
     },
-    /// The port cannot be that fast.
+    /// The port cannot run at this baud rate.
     #[error("{path} cannot run at {baud_rate} baud: {detail}")]
     Settings {
         /// The port.
@@ -82,7 +82,7 @@ impl PortSettings {
         match error.kind() {
             ErrorKind::Io(io::ErrorKind::NotFound) => OpenError::NotFound { path },
             ErrorKind::Io(io::ErrorKind::PermissionDenied) => OpenError::Permission { path },
-            // What the crate says where somebody holds the exclusive lock.
+            // The crate's error when another program holds the exclusive lock.
             ErrorKind::NoDevice => OpenError::Busy { path },
             ErrorKind::InvalidInput => OpenError::Settings {
                 path,

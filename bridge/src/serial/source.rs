@@ -14,18 +14,18 @@ use crate::udp::UdpAddress;
 #[cfg(test)]
 mod tests;
 
-/// How long the line is waited for at a time: orders wait no longer either.
+/// How long one read waits for bytes; so orders wait no longer than this either.
 const TURN: Duration = Duration::from_millis(5);
-/// For what must still be said before the line closes.
+/// Time for the last bytes to be sent before the line closes.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 
 /// The first pause between tries to open a line; each is twice as long as the one before.
 const FIRST_PAUSE: Duration = Duration::from_millis(250);
-/// Up to this.
+/// The longest pause.
 const LONGEST_PAUSE: Duration = Duration::from_secs(2);
 
 /// The instant from which the stamps of all serial sources of this program count: scans and
-/// odometry of different devices lie on one time line.
+/// odometry of different devices share one time line.
 static EPOCH: OnceLock<Instant> = OnceLock::new();
 
 /// A [`Device`] on a line that is opened again and again.
@@ -34,7 +34,7 @@ pub struct DeviceSource {
     open: Opener,
 }
 
-/// Opens the line; or says why not, with cause and cure.
+/// Opens the line, or says why it cannot, with cause and cure.
 type Opener = Box<dyn Fn() -> Result<Box<dyn Channel>, String> + Send>;
 
 /// Why a line was left.
@@ -103,7 +103,7 @@ impl Source for DeviceSource {
     }
 }
 
-/// A device with its way to the bridge.
+/// A device with its port to the bridge.
 struct Life {
     device: Box<dyn Device>,
     port: Port,
@@ -114,7 +114,7 @@ struct Life {
 impl Life {
     /// Serves an open line until it breaks or the bridge ends.
     fn serve(&mut self, line: &mut dyn Channel) -> Left {
-        // Orders from before do not count: nothing moves by itself when a cable is put back.
+        // Drop earlier orders: nothing moves by itself when a cable is put back.
         while let Waited::Order(_) = self.port.wait(Duration::ZERO) {}
         self.device.opened(self.now());
         loop {
@@ -123,8 +123,8 @@ impl Life {
                 Received::Nothing => (),
                 Received::Broken(error) => return Left::Broken(error),
             }
-            // What the device reports of the time before an order goes out before the order is
-            // taken: each report says after which order it was made.
+            // Send the device's reports before taking the next order: each report says after which
+            // order it was made.
             self.device.tick(self.now());
             if let Err(left) = self.fulfil(line) {
                 return left;
@@ -134,7 +134,7 @@ impl Life {
                 Waited::Nothing => continue,
                 Waited::Closed => {
                     self.device.close(self.now());
-                    // A line that breaks now has nobody left to tell.
+                    // Nobody is left to be told of a line that breaks now.
                     let _ = self.fulfil(line);
                     std::thread::sleep(LAST_WORDS);
                     return Left::Closed;
@@ -146,7 +146,7 @@ impl Life {
         }
     }
 
-    /// Does what the device wants done.
+    /// Carries out what the device wants.
     fn fulfil(&mut self, line: &mut dyn Channel) -> Result<(), Left> {
         while let Some(want) = self.device.next_want() {
             match want {
@@ -172,7 +172,7 @@ impl Life {
         }
     }
 
-    /// Waits before the next try; whether the bridge ended meanwhile. Orders are forgotten.
+    /// Waits before the next try; true if the bridge ended meanwhile. Orders are dropped.
     fn rest(&mut self) -> bool {
         let until = Instant::now() + self.pause;
         self.pause = (2 * self.pause).min(LONGEST_PAUSE);

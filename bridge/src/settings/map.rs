@@ -1,4 +1,4 @@
-//! What the settings say of mapping.
+//! The settings of mapping.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use crate::rights::Name;
 
 /// Least and greatest volts of a battery.
 const VOLTS: (f32, f32) = (1.0, 100.0);
-/// Longest time between two times that the map is written, s: a day.
+/// Longest interval at which the map is written, s: a day.
 const LONGEST: u64 = 24 * 60 * 60;
 
 /// What the robot does when something is lost.
@@ -60,7 +60,7 @@ pub struct MapSettings {
 }
 
 impl MapSettings {
-    /// These, and those of `below` where these say nothing.
+    /// These settings, completed by those of `below`.
     #[must_use]
     pub fn over(self, below: Self) -> Self {
         let mut set = below.set;
@@ -118,7 +118,7 @@ impl MapSettings {
         })
     }
 
-    /// When the robot goes home by itself; none where it always holds.
+    /// When the robot goes home by itself; none if it always holds.
     fn home(&self) -> Result<Option<HomeConfig>, SettingsError> {
         let goes = |what: Option<Failsafe>| what == Some(Failsafe::Home);
         let default = HomingConfig::default();

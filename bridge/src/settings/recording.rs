@@ -1,4 +1,4 @@
-//! What the settings say of recordings and audits in folders.
+//! The settings of recordings and audits in folders.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -7,14 +7,14 @@ use super::{Settings, SettingsError};
 use crate::audit;
 use crate::record::{Keep, MEBIBYTE, is_folder};
 
-/// Greatest figure of a recording: a tebibyte, or two years.
+/// Greatest number for a recording: a tebibyte in MiB, or two years in minutes.
 pub(super) const MOST: u64 = 1024 * 1024;
 
 /// MiB of audits that are kept: some hundred thousand lines.
 const AUDIT_BUDGET: u64 = 64;
 
-/// The defaults of these figures, where they do something; a file that was named is one piece,
-/// which grows.
+/// The defaults of these settings, where they have an effect; a named file is a single piece that
+/// grows.
 pub(super) fn defaults(record: Option<&Path>, audit: Option<&Path>) -> Settings {
     let keep = record.is_some_and(is_folder).then(Keep::default);
     Settings {
@@ -27,7 +27,7 @@ pub(super) fn defaults(record: Option<&Path>, audit: Option<&Path>) -> Settings 
 }
 
 impl Settings {
-    /// How recordings in a folder are cut, and how much of them is kept.
+    /// How recordings in a folder are split into pieces, and how much is kept.
     #[must_use]
     pub fn keep(&self) -> Keep {
         let default = Keep::default();

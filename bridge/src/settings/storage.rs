@@ -1,4 +1,4 @@
-//! What the settings say of object storage.
+//! The settings of object storage.
 
 use std::collections::BTreeMap;
 
@@ -24,10 +24,10 @@ pub struct StorageSettings {
     pub options: BTreeMap<String, String>,
 }
 
-/// In place of a secret.
+/// Shown in place of a secret.
 const NOT_SHOWN: &str = "(not shown)";
 
-/// What the names of secrets have in them, of every store; also those of ids, which go with them.
+/// Parts of the names of secrets, for every store; also of ids, which belong to them.
 const SECRETS: [&str; 8] = [
     "key",
     "secret",
@@ -41,12 +41,12 @@ const SECRETS: [&str; 8] = [
 
 fn is_secret(key: &str, value: &str) -> bool {
     let key = key.to_ascii_lowercase();
-    // The proxy's address may have a password in it.
+    // A proxy's address may contain a password.
     SECRETS.iter().any(|word| key.contains(word)) || value.contains('@')
 }
 
 impl Settings {
-    /// Where finished recordings are kept, too.
+    /// The object storage for finished recordings, if set.
     ///
     /// # Errors    [`SettingsError::StoragePart`], [`SettingsError::Storage`].
     pub fn storage(&self) -> Result<Option<StorageConfig>, SettingsError> {
@@ -70,7 +70,7 @@ impl Settings {
         Ok(Some(config))
     }
 
-    /// As they may be shown: without what opens the store.
+    /// The settings as they may be shown: without the store's secrets.
     #[must_use]
     pub fn without_secrets(mut self) -> Self {
         let options = self

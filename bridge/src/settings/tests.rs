@@ -1,4 +1,4 @@
-//! Files that are read, layers that win, and sentences that name the line.
+//! Reading files, precedence of layers, and errors that name the line.
 
 use super::*;
 
@@ -26,7 +26,7 @@ fn the_installed_file_can_be_read_and_opens_the_page_to_the_network() {
 
 #[test]
 fn every_key_stands_in_the_installed_file_and_its_comments_can_be_switched_on() {
-    // A key that is off stands behind `#`, without a space; prose has one.
+    // A key that is off follows `#` without a space; prose has a space.
     let text = std::fs::read_to_string(EXAMPLE).unwrap();
     let switched_on: String = text
         .lines()
@@ -48,7 +48,7 @@ fn every_key_stands_in_the_installed_file_and_its_comments_can_be_switched_on() 
     );
 }
 
-/// Settings with every key. A struct with a new key does not compile until it stands here.
+/// Settings with every key. A struct with a new key does not compile until the key is added here.
 fn whole() -> Settings {
     let path = || Some(PathBuf::from("/x"));
     Settings {
@@ -413,7 +413,7 @@ fn a_store_that_shows_or_is_what_it_should_not_is_refused() {
     ] {
         let text = format!("record = \"/x/\"\n[storage]\nurl = {good:?}");
         let complete = read(&text).unwrap().complete();
-        // Azure's wants a key as well, where it can be asked for one.
+        // Azure's store also wants a key, if support for it is built in.
         let said = complete.map_or_else(|error| error.to_string(), |_| String::new());
         assert!(!said.contains("whoever watches"), "{said}");
     }

@@ -1,4 +1,4 @@
-//! What the settings say of a Zenoh router, and of ROS 2 behind it.
+//! The settings of a Zenoh router, and of ROS 2 behind it.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use super::{Settings, SettingsError};
 use crate::rights::Name;
 use crate::zenoh::{Endpoint, RosConfig, ZenohConfig};
 
-/// Highest `ROS_DOMAIN_ID`: a higher one has no ports in DDS, and its tools take none.
+/// Highest `ROS_DOMAIN_ID`: higher ones have no ports in DDS, and the tools refuse them.
 const LAST_DOMAIN: u16 = 232;
 
 /// `[zenoh]`: where it stands, the robot is reached through a router, too.
@@ -55,7 +55,7 @@ pub struct ZenohSettings {
 }
 
 impl ZenohSettings {
-    /// These, and those of `below` where these say nothing.
+    /// These settings, completed by those of `below`.
     #[must_use]
     pub fn over(self, below: Self) -> Self {
         Self {
@@ -83,7 +83,7 @@ impl ZenohSettings {
 
     /// How the bridge is reached through a router.
     ///
-    /// # Errors    [`SettingsError`]: what is missing, or does not go together.
+    /// # Errors    [`SettingsError`]: settings that are missing, or contradict each other.
     pub fn config(&self) -> Result<ZenohConfig, SettingsError> {
         let missing = |key, why| SettingsError::Zenoh { key, why };
         let router = self.router.clone();

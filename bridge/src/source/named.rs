@@ -14,7 +14,7 @@ use super::sim::{SimSource, SimSourceError};
 use crate::serial::DeviceSource;
 use crate::udp::{UdpAddress, UdpAddressError};
 
-/// What can stand behind `--source`, as a person types it.
+/// The forms that `--source` accepts, as a person types them.
 #[must_use]
 pub fn forms() -> String {
     let kinds = KINDS.map(|kind| format!("{}:PORT", kind.name));
@@ -24,28 +24,28 @@ pub fn forms() -> String {
     )
 }
 
-/// Why a source cannot be had.
+/// Why a source cannot be opened.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SourceError {
     /// There is no such kind.
     #[error("there is no source `{0}`; expected one of {forms}", forms = forms())]
     Unknown(String),
-    /// It knows itself where its sensor sits.
+    /// The source takes no mount: it already knows where its sensor sits.
     #[error("{0} takes no mount: only a lidar does, for nothing else tells where it sits")]
     Mount(String),
-    /// The simulated robot.
+    /// Something is wrong with the simulated robot.
     #[error(transparent)]
     Sim(#[from] SimSourceError),
-    /// The recording.
+    /// Something is wrong with the recording.
     #[error(transparent)]
     Replay(#[from] ReplayError),
-    /// The address of a lidar server.
+    /// Something is wrong with the address of a lidar server.
     #[error(transparent)]
     Udp(#[from] UdpAddressError),
 }
 
-/// A source that was named and not opened yet.
+/// A source that is named but not opened yet.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum SourceName {
@@ -103,11 +103,11 @@ impl From<SourceName> for String {
 }
 
 impl SourceName {
-    /// Opens it. A serial port need not be there yet: its source waits for it. A lidar sits at
-    /// `mount` on the robot, or in its middle, looking ahead.
+    /// Opens it. A serial port need not exist yet: its source waits for it. A lidar sits at `mount`
+    /// on the robot; without it, in the robot's middle, looking ahead.
     ///
-    /// # Errors    [`SourceError`]: what is not there, or cannot be read, or is no lidar and has a
-    /// `mount`.
+    /// # Errors    [`SourceError`]: the source does not exist, cannot be read, or has a `mount` but
+    /// is no lidar.
     pub fn open(&self, mount: Option<Pose2>) -> Result<Box<dyn Source>, SourceError> {
         let takes_mount = match self {
             Self::Serial(kind, _) => kind.role == Role::Lidar,

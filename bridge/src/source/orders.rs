@@ -1,4 +1,5 @@
-//! The mailbox between hub and source: the newest command, and what must not be overtaken.
+//! The mailbox between hub and source: the newest command, and emergency orders, which must not be
+//! replaced.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -19,7 +20,8 @@ struct Waiting {
     emergency: [Option<Order>; 2],
     command: Option<Command>,
     is_closed: bool,
-    /// Number of the newest order, and of the newest when the source had taken all.
+    /// Number of the newest order; in `taken`, the newest at the moment when the source had taken
+    /// all.
     put: u64,
     taken: u64,
 }
@@ -39,8 +41,8 @@ impl Orders {
         self.changed.notify_all();
     }
 
-    /// Number of the newest order when the source took the last one that it took: what it reports
-    /// now counts after that.
+    /// Number of the newest order when the source last had taken all: its reports now come after
+    /// that order.
     pub(super) fn taken(&self) -> u64 {
         self.lock().taken
     }
@@ -72,7 +74,7 @@ impl Orders {
         }
     }
 
-    /// A thread that panicked holding the lock leaves nothing half done: each change is one
+    /// A thread that panicked while it held the lock leaves nothing half done: each change is one
     /// assignment.
     fn lock(&self) -> MutexGuard<'_, Waiting> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)

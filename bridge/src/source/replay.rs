@@ -1,10 +1,10 @@
-//! A recording as a source: what a robot said once, at the pace at which it said it.
+//! A recording as a source: a robot's earlier messages, at their original pace.
 //!
-//! In: an MCAP file made by [`crate::record`], whole, cut off or damaged. Out: the same events,
+//! In: an MCAP file made by [`crate::record`], complete, cut off or damaged. Out: the same events,
 //! once, then silence.
 //!
-//! Orders are not played back, and none are taken: a recording has a robot, which cannot be driven.
-//! Pauses are those of the recording, but none is longer than [`LONGEST_PAUSE`].
+//! Recorded orders are not played back, and new ones are not taken: the robot of a recording cannot
+//! be driven. Pauses are those of the recording, but at most [`LONGEST_PAUSE`].
 
 use std::fs::File;
 use std::io::Read;
@@ -16,16 +16,16 @@ use slamlab_core::wire::recording::{Recording, RecordingError, RecordingReader, 
 
 use super::{Port, Profile, Source, SourceEvent, Waited};
 
-/// A longer pause than this is played as this.
+/// Longer pauses are shortened to this.
 pub const LONGEST_PAUSE: Duration = Duration::from_secs(60);
-/// Of the file, read at a time, bytes.
+/// Bytes of the file per read.
 const PIECE: usize = 1 << 18;
 
 /// Why a file cannot be played back.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReplayError {
-    /// The system said no.
+    /// The system reported an error.
     #[error("cannot read {}: {source}", path.display())]
     Io {
         /// The file.
@@ -43,18 +43,18 @@ pub enum ReplayError {
     },
 }
 
-/// A recording that does not play yet.
+/// A recording that is not playing yet.
 #[derive(Debug)]
 pub struct ReplaySource {
     path: PathBuf,
-    /// In memory once: messages are decoded one by one, as they are played.
+    /// Kept in memory encoded: messages are decoded one by one, as they are played.
     recording: Recording,
 }
 
 impl ReplaySource {
     /// Reads a recording.
     ///
-    /// # Errors    [`ReplayError`]: the file cannot be read, or holds nothing that could be played.
+    /// # Errors    [`ReplayError`]: the file cannot be read, or holds nothing to play.
     pub fn open(path: &Path) -> Result<Self, ReplayError> {
         let recording = read(path)?;
         for damage in recording.damage() {
@@ -66,8 +66,8 @@ impl ReplaySource {
         })
     }
 
-    /// What it holds, and how long after what came before: at most [`LONGEST_PAUSE`]. Orders are
-    /// messages of the other direction, and are passed over here.
+    /// The events, each with the pause since the one before, where gaps between messages count as
+    /// at most [`LONGEST_PAUSE`]. Orders are messages in the other direction, and are skipped.
     pub fn events(&self) -> impl Iterator<Item = (Duration, SourceEvent)> {
         let mut pause = Duration::ZERO;
         let mut before = None;
@@ -84,8 +84,8 @@ impl ReplaySource {
         })
     }
 
-    /// From one message to the next. A time that is damaged, or a clock that was set meanwhile,
-    /// must not make it wait for ever.
+    /// Pause from one message to the next. A damaged time, or a clock that was set meanwhile, must
+    /// not make the replay wait for ever.
     fn pause(&self, before: Option<u64>, now: u64) -> Duration {
         let pause = Duration::from_nanos(now.saturating_sub(before.unwrap_or(now)));
         if pause > LONGEST_PAUSE {
@@ -122,7 +122,7 @@ pub(crate) fn read(path: &Path) -> Result<Recording, ReplayError> {
     }
 }
 
-/// The event that the message was made of; none for news of the bridge itself.
+/// The event from which the message was made; none for messages about the bridge itself.
 fn event(said: FromBridge) -> Option<SourceEvent> {
     Some(match said {
         FromBridge::Odometry(body) => SourceEvent::Odometry(body.odometry().ok()?),

@@ -4,9 +4,9 @@
 //! battery.
 //!
 //! 1. Each period, the simulation catches up with the clock. If the machine was busy for longer
-//!    than `MOST_LATE`, that time is left out: the robot's clock then runs behind, as it may, but
-//!    it never jumps.
-//! 2. One seed draws the same noise; when orders come is up to who gives them.
+//!    than `MOST_LATE`, that time is left out: the robot's clock then runs behind, which is
+//!    allowed, but never jumps.
+//! 2. The same seed gives the same noise; when orders arrive is up to the driver.
 //! 3. The emergency stop is latched here, as it is in the real robot.
 
 use std::time::{Duration, Instant};
@@ -22,11 +22,11 @@ use slamlab_core::wire::message::{
 
 use super::{Order, Port, Profile, Source, SourceEvent, Waited};
 
-/// Between two odometry readings.
+/// Interval between odometry readings.
 const PERIOD: Duration = Duration::from_millis(10);
-/// The simulation makes up for a delay of at most this.
+/// Longest delay for which the simulation makes up.
 const MOST_LATE: Duration = Duration::from_millis(200);
-/// Periods between two readings of the motor currents, of bumpers that did not change, and of
+/// Periods between readings of the motor currents; below, those of unchanged bumpers, and of
 /// battery and link.
 const CURRENTS_EVERY: u64 = 5;
 const BUMPERS_EVERY: u64 = 50;
@@ -55,10 +55,10 @@ pub enum SimSourceError {
         /// What is wrong with it.
         source: world::WorldFileError,
     },
-    /// No such sensor.
+    /// There is no such sensor.
     #[error(transparent)]
     Sensor(#[from] UnknownSensor),
-    /// The robot cannot be in it.
+    /// The robot cannot be in this world.
     #[error(transparent)]
     Sim(#[from] SimError),
 }
@@ -71,8 +71,8 @@ pub struct SimSource {
 }
 
 impl SimSource {
-    /// The world of this name, built in or a file, with its robot, sensor and seed; `WORLD,SENSOR`
-    /// takes another sensor.
+    /// The simulation of a world, built in or a file, with the world's robot, sensor and seed;
+    /// `WORLD,SENSOR` chooses another sensor.
     ///
     /// # Errors    [`SimSourceError`]: there is no such world or sensor, or it cannot be used.
     pub fn new(which: &str) -> Result<Self, SimSourceError> {

@@ -1,4 +1,4 @@
-//! The store at a URL, and what of it went wrong in words.
+//! The store at a URL, and its errors in words.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use url::Url;
 use super::{StorageConfig, StorageError};
 use crate::record::is_folder;
 
-/// A request that got no answer for so long is tried again: the link is broken.
+/// A request without an answer for this long is tried again: the link is broken.
 const SILENT: Duration = Duration::from_secs(30);
 const CONNECT: Duration = Duration::from_secs(10);
 
@@ -24,17 +24,17 @@ const CONNECT: Duration = Duration::from_secs(10);
 #[derive(Clone)]
 pub(super) struct Bucket {
     pub(super) store: Arc<dyn ObjectStore>,
-    /// By which uploads go on; a folder of this machine needs none.
+    /// For uploads that can be continued; a folder of this machine needs none.
     pub(super) parts: Option<Arc<dyn MultipartStore>>,
     folder: Path,
     pub(super) url: String,
-    /// Where a store is asked that the URL alone does not tell.
+    /// The store's endpoint, if it is not given by the URL alone.
     endpoint: Option<String>,
-    /// The folder of this machine that it is.
+    /// The folder, if the store is one on this machine.
     local: Option<PathBuf>,
 }
 
-/// What it is and where, for whoever has to look there.
+/// Which store and where, for people who have to look there.
 impl std::fmt::Display for Bucket {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.url)?;
@@ -51,7 +51,7 @@ impl std::fmt::Debug for Bucket {
     }
 }
 
-/// A builder with the options of environment and settings; the latter must be known to it.
+/// A builder with the options of environment and settings; it must know those of the settings.
 macro_rules! with_options {
     ($builder:expr, $config:expr, $prefix:literal) => {{
         let mut builder = $builder.with_url(&$config.url);
@@ -76,11 +76,12 @@ macro_rules! with_options {
 }
 
 impl Bucket {
-    /// Nothing is asked of it yet: a network that is not there is no reason not to start.
+    /// Opens the store, without any request: a missing network must not prevent the start.
     ///
     /// # Errors    [`StorageError`].
     pub(super) fn open(config: &StorageConfig) -> Result<Self, StorageError> {
-        // The store's client takes what the program has; a second start finds it there.
+        // The store's client uses the process-wide provider; on a second start it is already
+        // installed.
         let _ = tokio_rustls::rustls::crypto::ring::default_provider().install_default();
         let wrong = |why: String| StorageError::Url {
             url: config.url.clone(),
@@ -107,7 +108,8 @@ impl Bucket {
                     .get_config_value(&AmazonS3ConfigKey::S3Endpoint)
                     .or_else(|| builder.get_config_value(&AmazonS3ConfigKey::Endpoint));
                 check_endpoint(config, endpoint.as_deref(), "aws_endpoint")?;
-                // What the settings say of clear HTTP is for the endpoint, which they name.
+                // Whether plain HTTP is allowed is up to the settings, which also name the
+                // endpoint.
                 let store = Arc::new(builder.build().map_err(unfit)?);
                 (store.clone(), Some(store))
             }
@@ -138,7 +140,7 @@ impl Bucket {
         })
     }
 
-    /// Whether it is a folder that is, holds, or lies in the one of the recording.
+    /// Whether it is a folder that is, contains, or lies in the folder of the recording.
     pub(super) fn meets(&self, record: Option<&std::path::Path>) -> bool {
         let record = record.filter(|path| is_folder(path));
         let (Some(local), Some(record)) = (&self.local, record) else {
@@ -148,24 +150,24 @@ impl Bucket {
         local.starts_with(&record) || record.starts_with(&local)
     }
 
-    /// The folder of this machine that it should be, where there is none: nothing is made, for it
-    /// may be on a disk that is to be mounted there.
+    /// The folder of this machine, if it is missing. It is not created, because a disk may have to
+    /// be mounted there.
     pub(super) fn missing(&self) -> Option<&std::path::Path> {
         self.local.as_deref().filter(|path| !path.is_dir())
     }
 
-    /// Where a file is kept in it.
+    /// The path of a file in the store.
     pub(super) fn path(&self, name: &str) -> Path {
         self.folder.clone().join(name)
     }
 
-    /// Where files are.
+    /// The folder of the files in the store.
     pub(super) fn folder(&self) -> &Path {
         &self.folder
     }
 }
 
-/// A path as the system finds it, also where the last of its folders are not there yet.
+/// The canonical path, even if the last of its folders do not exist yet.
 fn found(path: &std::path::Path) -> PathBuf {
     let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let there = path.ancestors().find_map(|above| {
@@ -175,7 +177,7 @@ fn found(path: &std::path::Path) -> PathBuf {
     there.unwrap_or(path)
 }
 
-/// Where the store is asked must be an address, and one that everybody may see.
+/// Checks that the store's endpoint is an address, and one that everybody may see.
 fn check_endpoint(
     config: &StorageConfig,
     endpoint: Option<&str>,
@@ -191,7 +193,7 @@ fn check_endpoint(
         Ok(url) if url.has_host() && ["http", "https"].contains(&url.scheme()) => return Ok(()),
         _ => format!("{endpoint:?} is no address; expected https:// or http:// and a host"),
     };
-    // It may come from the environment.
+    // The endpoint may also come from the environment.
     let given = config.options.iter().find(|(_, value)| *value == endpoint);
     Err(StorageError::Option {
         url: config.url.clone(),
@@ -200,7 +202,7 @@ fn check_endpoint(
     })
 }
 
-/// The uploader tries again by itself, and says so: here it is only for a hiccup.
+/// One retry, for a hiccup only: the uploader retries by itself, and reports it.
 fn retry() -> RetryConfig {
     RetryConfig {
         max_retries: 1,
@@ -215,7 +217,7 @@ fn patience() -> ClientOptions {
         .with_connect_timeout(CONNECT)
 }
 
-/// Codes of S3, Azure and Google, and of servers that speak like S3.
+/// Error codes of S3, Azure and Google, and of servers compatible with S3.
 const NO_BUCKET: [&str; 2] = ["NoSuchBucket", "ContainerNotFound"];
 const DENIED: [&str; 4] = [
     "SignatureDoesNotMatch",
@@ -232,7 +234,7 @@ const FULL: [&str; 6] = [
     "No space left",
 ];
 
-/// What a person reads: what is wrong, and what helps.
+/// The error for people: what is wrong, and what helps.
 pub(super) fn words(error: &Error) -> String {
     match error {
         Error::NotFound { .. } => format!(
@@ -261,7 +263,7 @@ pub(super) fn words(error: &Error) -> String {
     }
 }
 
-/// The cause of the causes: the rest says it in more words.
+/// The root cause: the rest of the chain only repeats it in more words.
 fn root(error: &Error) -> String {
     let mut at: &dyn std::error::Error = error;
     while let Some(cause) = at.source() {
@@ -321,7 +323,7 @@ mod tests {
         assert!(meets("not%20yet", "not yet/of/today/"));
         assert!(!meets("drives", "drives-2/"));
         assert!(!meets("kept", "drives/"));
-        // A file takes no budget.
+        // A named file has no budget.
         assert!(!meets("drives", "drives/a.mcap"));
         assert!(!open("s3://drives", &[]).unwrap().meets(Some(&at("drives"))));
     }

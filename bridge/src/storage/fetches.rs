@@ -1,7 +1,7 @@
-//! How much is fetched from the store for others: what goes out of there is paid for, and takes the
-//! robot's link from whoever drives it.
+//! Limits downloads from the store for clients: outgoing data costs money, and takes bandwidth of
+//! the robot's link from the driver.
 //!
-//! In: who wants a recording. Out: leave to fetch it, or why not now.
+//! In: the address that wants a recording. Out: a permit to fetch it, or why not now.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -14,14 +14,15 @@ use crate::access_log::Peer;
 use crate::places::network;
 use crate::rate::Bucket;
 
-/// Fetches that run at once, of all together.
+/// Most fetches at the same time, of all addresses together.
 const AT_ONCE: usize = 4;
-/// Fetches that one address begins in a minute. A plain request shows no token, so all count.
+/// Most fetches that one address may begin per minute. A plain request shows no token, so all of
+/// them count.
 const A_MINUTE: u32 = 20;
-/// Addresses of which that is remembered.
+/// Most addresses for which this is counted.
 const MOST_ADDRESSES: usize = 1024;
 
-/// What runs, and who began how much.
+/// The running fetches, and how many each address began.
 #[derive(Debug)]
 pub(super) struct Fetches {
     running: Arc<Semaphore>,
@@ -31,10 +32,10 @@ pub(super) struct Fetches {
 /// Why a recording is not fetched now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum TooMany {
-    /// Others are being served.
+    /// Too many fetches are running.
     #[error("{AT_ONCE} recordings are being fetched from the store: try again when one is done.")]
     AtOnce,
-    /// This address had its share.
+    /// This address has used up its share.
     #[error("Of recordings in the store an address gets {A_MINUTE} a minute: try again later.")]
     AMinute,
 }
@@ -49,7 +50,7 @@ impl Default for Fetches {
 }
 
 impl Fetches {
-    /// Leave to fetch one; it runs until that is dropped.
+    /// A permit to fetch one; the fetch counts as running until it is dropped.
     pub(super) fn begin(&self, peer: Peer, now: Duration) -> Result<OwnedSemaphorePermit, TooMany> {
         let permit = Arc::clone(&self.running).try_acquire_owned();
         let permit = permit.map_err(|_| TooMany::AtOnce)?;
@@ -62,7 +63,7 @@ impl Fetches {
     fn take(&self, address: IpAddr, now: Duration) -> bool {
         let mut begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
         if begun.len() >= MOST_ADDRESSES && !begun.contains_key(&address) {
-            // Who has its whole share again need not be remembered.
+            // An address that has its whole share again need not be remembered.
             begun.retain(|_, bucket| !bucket.is_full(now));
             if begun.len() >= MOST_ADDRESSES {
                 return false;
@@ -78,7 +79,7 @@ impl Fetches {
 fn address(peer: Peer) -> IpAddr {
     match peer {
         Peer::At(address) => network(address.ip()),
-        // Nothing is asked by HTTP there.
+        // No HTTP request comes from the router.
         #[cfg(feature = "zenoh")]
         Peer::Router(_) => std::net::Ipv4Addr::UNSPECIFIED.into(),
     }

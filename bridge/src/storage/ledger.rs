@@ -1,7 +1,8 @@
-//! What of a piece is in the store already, kept beside it: `NAME.mcap.upload`.
+//! Records which parts of a piece are already in the store, in a file beside it:
+//! `NAME.mcap.upload`.
 //!
-//! It is written after each part, and as a whole. One that cannot be read, or is of another store
-//! or another piece of that name, counts for nothing: the upload begins again.
+//! It is rewritten as a whole after each part. A ledger that cannot be read, or belongs to another
+//! store or another piece of that name, is ignored: the upload begins again.
 
 use std::fs;
 use std::io;
@@ -12,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::record::name_in_store;
 use crate::replaced_file::{Readers, replace};
 
-/// Behind the name of the piece.
+/// Suffix to the name of the piece.
 const SUFFIX: &str = ".upload";
 
 /// See the module.
@@ -21,22 +22,23 @@ const SUFFIX: &str = ".upload";
 pub(super) struct Ledger {
     /// The store and the folder in it.
     pub(super) to: String,
-    /// Of the piece.
+    /// Size of the piece.
     pub(super) bytes: u64,
-    /// Of a part.
+    /// Size of a part.
     pub(super) part_bytes: u64,
-    /// SHA-256 of the piece, from before any of it was sent. Programs before this one took none.
+    /// SHA-256 of the piece, taken before any of it was sent. Earlier versions of this program did
+    /// not store it.
     pub(super) sum: Option<String>,
-    /// By which the store knows the upload.
+    /// The store's id of the upload.
     pub(super) upload: Option<String>,
-    /// What the store answered to each part that it has.
+    /// The store's answer to each part that it has.
     pub(super) parts: Vec<String>,
     /// SHA-256 of the piece, once all of it is stored and compared.
     pub(super) stored: Option<String>,
 }
 
 impl Ledger {
-    /// That of this piece, or a new one.
+    /// The ledger of this piece, or a new one.
     pub(super) fn of(piece: &Path, to: &str, bytes: u64, part_bytes: u64) -> Self {
         let kept = Self::read(piece).filter(|kept| {
             let is_same = kept.to == to && kept.bytes == bytes;
@@ -50,21 +52,21 @@ impl Ledger {
         })
     }
 
-    /// What is kept of a piece.
+    /// Reads the ledger of a piece.
     pub(super) fn read(piece: &Path) -> Option<Self> {
         let text = fs::read_to_string(path(piece)).ok()?;
         serde_json::from_str(&text).ok()
     }
 
-    /// Nothing of it is there.
+    /// Forgets all parts: nothing of the piece is in the store.
     pub(super) fn begin_anew(&mut self) {
         (self.sum, self.upload, self.stored) = (None, None, None);
         self.parts.clear();
     }
 
-    /// What the piece of this name is called in the store. Of another robot's that began in the
-    /// same second it is told by what is in it: the same bytes alone have the same name, so that
-    /// nothing of another's is ever written over, whoever sends first.
+    /// The name of this piece in the store. Its hash tells it apart from another robot's piece of
+    /// the same second: only equal bytes get equal names, so nobody's piece is ever overwritten by
+    /// another, whoever sends first.
     pub(super) fn name_in_store(&self, piece: &str) -> String {
         match &self.sum {
             Some(sum) => name_in_store(piece, sum),
@@ -72,7 +74,7 @@ impl Ledger {
         }
     }
 
-    /// Keeps it beside the piece.
+    /// Writes it beside the piece.
     ///
     /// # Errors    What the system said.
     pub(super) fn write(&self, piece: &Path) -> io::Result<()> {
@@ -87,7 +89,7 @@ fn path(piece: &Path) -> PathBuf {
     name.into()
 }
 
-/// The piece that a ledger is of.
+/// The piece to which a ledger belongs.
 pub(super) fn piece_of(ledger: &Path) -> Option<PathBuf> {
     let name = ledger.file_name()?.to_str()?.strip_suffix(SUFFIX)?;
     Some(ledger.with_file_name(name))

@@ -1,7 +1,7 @@
-//! What the store has, without asking it more often than it changes: each question costs a request
-//! there, and whoever may watch may ask.
+//! Lists the store without asking it too often: each list costs a request there, and anyone who may
+//! watch may ask.
 //!
-//! In: how it is listed. Out: the last list, no older than [`FRESH`], or why there is none.
+//! In: how to list it. Out: the last list, no older than [`FRESH`], or why there is none.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -9,7 +9,7 @@ use std::time::Duration;
 use tokio::sync::Mutex;
 use tokio::time::Instant;
 
-/// How long a list counts, and what went wrong instead.
+/// How long a list, or the error in its place, stays valid.
 const FRESH: Duration = Duration::from_secs(5);
 
 /// A piece in the store.
@@ -19,7 +19,7 @@ pub(super) struct Stored {
     pub(super) bytes: u64,
 }
 
-/// What is there, or why that is not known, in words.
+/// The pieces in the store, or a sentence why they are not known.
 pub(super) type Answer = Result<Vec<Stored>, String>;
 
 /// The last answer of the store, and when it came.
@@ -29,11 +29,11 @@ pub(super) struct Listing(Arc<Mutex<Kept>>);
 type Kept = Option<(Instant, Arc<Answer>)>;
 
 impl Listing {
-    /// The last answer, or where it is old what `ask` brings; one such question is open at a time,
-    /// and the others wait for its answer.
+    /// The last answer or, if it is too old, the answer of `ask`. Only one such request is open at
+    /// a time, and all callers wait for its answer.
     ///
-    /// It is asked on a task of its own: who asks and goes at once leaves the answer to the next,
-    /// in place of a question that begins again.
+    /// The request runs on a task of its own: if a caller goes away, the answer is kept for the
+    /// next one, and the request need not begin again.
     pub(super) async fn get(
         &self,
         ask: impl Future<Output = Answer> + Send + 'static,

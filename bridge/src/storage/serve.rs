@@ -1,9 +1,9 @@
-//! Recordings over HTTP: which there are, here and in the store (`/recordings.json`), and each of
-//! them (`/recordings/NAME`), from here where it still is.
+//! Recordings over HTTP: a list of those in the folder and in the store (`/recordings.json`), and
+//! each of them (`/recordings/NAME`), from the folder if it is still there.
 //!
-//! Who may look at the robot may look at its recordings. Where watching needs a token nobody gets
-//! them this way, for a plain request has no place for a proof. The store is asked for its list
-//! seldom (`listing`), and for recordings within bounds (`fetches`).
+//! Anyone who may watch the robot may see its recordings. If watching needs a token, nobody gets
+//! them this way, because a plain request has no place for a proof. The store is rarely asked for
+//! its list (`listing`), and for recordings only within limits (`fetches`).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -34,13 +34,13 @@ use crate::shared::{Shared, Visitor};
 struct Listed {
     name: String,
     bytes: u64,
-    /// It is in the folder of the bridge.
+    /// Whether it is in the bridge's folder.
     here: bool,
-    /// It is in the store, as a whole and compared.
+    /// Whether it is in the store, complete and compared.
     stored: bool,
-    /// It is being written.
+    /// Whether it is being written.
     current: bool,
-    /// Of one that is being stored, the part that is there, 0 to 1.
+    /// Stored fraction of a recording that is being uploaded, 0 to 1.
     part: f64,
 }
 
@@ -48,7 +48,7 @@ struct Listed {
 #[derive(Debug, Serialize)]
 struct List {
     store: String,
-    /// Why nothing is stored at present, or the store cannot be listed.
+    /// Why nothing can be stored at present, or the store cannot be listed.
     fault: Option<String>,
     recordings: Vec<Listed>,
 }
@@ -90,7 +90,7 @@ fn later(why: TooMany) -> Response {
 async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
     let uploads = uploads(&shared).map_err(refusal)?;
     let mut all: BTreeMap<String, Listed> = BTreeMap::new();
-    // Of pieces that are here: they are not listed twice.
+    // Store names of the pieces in the folder, which must not be listed twice.
     let mut names_in_store = BTreeSet::new();
     let mut fault = uploads.fault();
     match uploads.pieces() {
@@ -169,7 +169,7 @@ async fn ask(bucket: Bucket) -> listing::Answer {
     Ok(objects.into_iter().filter_map(piece).collect())
 }
 
-/// Bytes of a recording that are asked of the store at once.
+/// Bytes of a recording per request to the store.
 const FETCHED_AT_ONCE: u64 = 2 << 20;
 
 async fn one(
@@ -178,12 +178,12 @@ async fn one(
     Path(name): Path<String>,
 ) -> Result<Response, Response> {
     let uploads = uploads(&shared).map_err(refusal)?;
-    // Also keeps paths out that lead elsewhere.
+    // This also rejects paths that lead elsewhere.
     if !is_piece_in_store(&name) {
         return Err(nothing());
     }
-    // With its length: whoever receives less than all of it, because the link to the store broke,
-    // is to notice.
+    // Send the length, so that a client that receives less, because the link to the store broke,
+    // notices.
     let headers = |bytes: u64| {
         let kind = HeaderValue::from_static("application/octet-stream");
         [
@@ -206,9 +206,9 @@ async fn one(
     match uploads.bucket.store.head(&path).await {
         Ok(found) => {
             let length = found.size;
-            // Piece by piece, for each request to the store has its time: a whole recording takes
-            // longer than that by a slow link. It counts as one fetch until all of it is sent, or
-            // nobody takes it any more.
+            // Fetched in chunks, because each request to the store has a timeout, and a whole
+            // recording takes longer over a slow link. All of it counts as one fetch, until it is
+            // sent or the client is gone.
             let begin = (uploads.bucket.clone(), path, 0, leave);
             let pieces = move |(bucket, path, from, leave): (Bucket, _, u64, _)| async move {
                 if from >= length {

@@ -1,4 +1,4 @@
-//! One piece into the store: part after part from where it was left, then compared.
+//! Uploads one piece to the store: part by part from where the upload was left, then compared.
 
 use std::path::{Path, PathBuf};
 
@@ -16,25 +16,26 @@ use crate::hexadecimal;
 /// Why a piece is not stored yet.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Fault {
-    /// The store, or the way to it.
+    /// Something is wrong with the store, or the connection to it.
     #[error("{}", words(.0))]
     Store(#[from] object_store::Error),
-    /// A folder of this machine that is not there.
+    /// The folder on this machine does not exist.
     #[error("the folder {} is not there; make it, or mount the disk that has it", .0.display())]
     NoFolder(PathBuf),
-    /// The piece, or its ledger.
+    /// The piece or its ledger cannot be read or written.
     #[error("{0}")]
     Disk(#[from] std::io::Error),
-    /// Stored, and another: it is uploaded anew.
+    /// The stored object differs: it is uploaded again.
     #[error(
         "what the store has of it is not what was sent ({found} of {expected}); it is sent again"
     )]
     Differs { found: String, expected: String },
 }
 
-/// Stores a piece; its SHA-256.
+/// Stores a piece, and returns its SHA-256.
 ///
-/// # Errors    [`Fault`]; what is there is kept in the ledger, and the next call goes on.
+/// # Errors    [`Fault`]; the ledger keeps which parts are stored, and the next call goes on from
+/// there.
 pub(super) async fn upload(
     piece: &Path,
     name: &str,
@@ -48,7 +49,7 @@ pub(super) async fn upload(
     let sum = match &ledger.sum {
         Some(sum) => sum.clone(),
         None => {
-            // What a program before this one began has another name there.
+            // An upload begun by an earlier version of this program has another name in the store.
             ledger.begin_anew();
             let sum = sum_of(piece).await?;
             ledger.sum = Some(sum.clone());
@@ -64,7 +65,7 @@ pub(super) async fn upload(
     if verify {
         let found = sum_in(bucket, name).await?;
         if found != sum {
-            // No part of it is to be trusted.
+            // No stored part can be trusted.
             ledger.begin_anew();
             ledger.write(piece)?;
             let expected = sum;
@@ -117,8 +118,8 @@ async fn in_parts(
     forgotten(done, ledger, piece).map(|_| ())
 }
 
-/// A store that does not know the upload any more, because it is complete already or was cleared
-/// away, gets the piece from the start the next time.
+/// If the store does not know the upload any more, because it is already complete or was cleaned
+/// up, the next call sends the piece from the start.
 fn forgotten<T>(
     answer: object_store::Result<T>,
     ledger: &mut Ledger,
@@ -131,7 +132,7 @@ fn forgotten<T>(
     Ok(answer?)
 }
 
-/// Where there are no uploads that could be gone on with; the name is given at the end.
+/// For a store without uploads that can be continued; the object gets its name only at the end.
 async fn whole(piece: &Path, name: &str, bucket: &Bucket, part_bytes: u64) -> Result<(), Fault> {
     let mut upload = bucket.store.put_multipart(&bucket.path(name)).await?;
     let mut file = File::open(piece).await?;
@@ -214,7 +215,7 @@ mod tests {
             assert_eq!(fs::read(kept.path().join(name)).unwrap(), bytes);
         }
         assert_eq!(fs::read(of_before).unwrap(), b"of a program before");
-        // Of a robot that lost its ledger nothing is kept twice.
+        // A robot that lost its ledger stores nothing twice.
         store(&bucket, robots[0]).await;
         assert_eq!(fs::read_dir(kept.path()).unwrap().count(), 3);
     }

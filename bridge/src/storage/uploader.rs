@@ -1,4 +1,4 @@
-//! The task that stores one finished piece after the other, and says what keeps it from that.
+//! The task that stores one finished piece after the other, and reports what prevents it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,25 +19,25 @@ use super::{StorageConfig, StorageError};
 use crate::hub::FromClient;
 use crate::record::{Current, MEBIBYTE, is_folder, is_piece};
 
-/// Between two looks for a finished piece.
+/// Interval between checks for a finished piece.
 const LOOK: Duration = Duration::from_secs(5);
-/// After a fault: at first, and at most.
+/// Pause after a fault: the first, and the longest.
 const WAIT: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(300));
 
-/// What HTTP shows of it.
+/// The state of the uploads, for HTTP.
 #[derive(Debug)]
 pub(crate) struct Uploads {
     pub(super) bucket: Bucket,
     pub(super) folder: PathBuf,
     current: Current,
     fault: Mutex<Option<String>>,
-    /// What the store had when it was asked last.
+    /// The last list of the store.
     pub(super) listing: Listing,
     pub(super) fetches: Fetches,
 }
 
 impl Uploads {
-    /// Why nothing is stored at present.
+    /// Why nothing can be stored at present.
     pub(super) fn fault(&self) -> Option<String> {
         self.lock().clone()
     }
@@ -46,13 +46,13 @@ impl Uploads {
         self.fault.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The pieces in the folder by their names, with their bytes; that which is written last.
+    /// The pieces in the folder by their names, with their bytes; the one being written is last.
     pub(super) fn pieces(&self) -> io::Result<BTreeMap<String, u64>> {
         let mut pieces = BTreeMap::new();
         for entry in fs::read_dir(&self.folder)? {
             let entry = entry?;
             if let Some(name) = entry.file_name().to_str().filter(|name| is_piece(name)) {
-                // One that goes meanwhile has made room.
+                // A piece may have been deleted meanwhile to make room.
                 if let Ok(known) = entry.metadata() {
                     pieces.insert(name.to_owned(), known.len());
                 }
@@ -67,15 +67,14 @@ impl Uploads {
     }
 }
 
-/// A store and the folder whose pieces it takes: everything that can be wrong with them was looked
-/// at.
+/// A store and the folder of its pieces: everything that can be wrong with them has been checked.
 pub(crate) struct Ready {
     config: StorageConfig,
     bucket: Bucket,
     folder: PathBuf,
 }
 
-/// Looks at settings and folder; nothing is asked of the store, and nothing written.
+/// Checks settings and folder; nothing is asked of the store, and nothing written.
 ///
 /// # Errors    [`StorageError`].
 pub(crate) fn ready(config: &StorageConfig, record: Option<&Path>) -> Result<Ready, StorageError> {
@@ -92,7 +91,7 @@ pub(crate) fn ready(config: &StorageConfig, record: Option<&Path>) -> Result<Rea
 }
 
 impl Ready {
-    /// Begins to store what is in the folder of the recording, and what comes.
+    /// Begins to store the pieces in the recording's folder, and those to come.
     pub(crate) fn start(
         self,
         current: Current,
@@ -139,7 +138,7 @@ impl Uploader {
         }
     }
 
-    /// Stores the oldest piece that is not; whether there was one.
+    /// Stores the oldest piece that is not stored yet; true if there was one.
     async fn next(&self) -> Result<bool, String> {
         let uploads = &*self.uploads;
         let pieces = uploads.pieces();
@@ -174,7 +173,7 @@ impl Uploader {
                     return Ok(true);
                 }
                 Err(Fault::Disk(error)) => {
-                    // The others need not wait for it.
+                    // The other pieces need not wait for this one.
                     let why = format!("{name} is not stored: {error}");
                     unreadable = unreadable.or(Some(why));
                     continue;
@@ -186,13 +185,13 @@ impl Uploader {
         unreadable.map_or(Ok(false), Err)
     }
 
-    /// Ledgers of pieces that are gone.
+    /// Removes ledgers of pieces that are gone.
     fn clear_away(&self) {
         let entries = fs::read_dir(&self.uploads.folder).into_iter().flatten();
         for ledger in entries.flatten().map(|entry| entry.path()) {
             let piece = piece_of(&ledger).filter(|piece| is_named_as_piece(piece));
             if piece.is_some_and(|piece| !piece.exists()) {
-                // It is tried again the next time.
+                // If this fails, it is tried again the next time.
                 let _ = fs::remove_file(&ledger);
             }
         }
@@ -200,7 +199,7 @@ impl Uploader {
 
     async fn say_fault(&self, why: String) {
         let is_known = self.uploads.lock().replace(why.clone()).is_some();
-        // It is said once until it is well again: the link may be down for a day.
+        // Report it only once until it works again: the link may be down for a day.
         if is_known {
             tracing::debug!("{why}");
             return;
@@ -220,7 +219,7 @@ impl Uploader {
     }
 
     async fn say(&self, severity: Severity, text: String) {
-        // A hub that has ended tells nobody any more.
+        // A hub that has ended cannot tell anybody.
         let _ = self.hub.send(FromClient::Notice(severity, text)).await;
     }
 }

@@ -1,8 +1,9 @@
-//! The bridge's own authority: made once, installed once on each phone, and good for nothing but
-//! bridges in local networks.
+//! The bridge's own authority: made once, installed once on each phone, and valid only for bridges
+//! in local networks.
 //!
-//! Its certificate says for which names it may vouch: `localhost`, `.local`, and addresses that no
-//! router passes on. Whoever steals its key from the robot cannot pretend to be a bank with it.
+//! Its certificate limits the names for which it may vouch: `localhost`, `.local`, and addresses
+//! that are not routed on the internet. Whoever steals its key from the robot cannot impersonate a
+//! bank with it.
 //!
 //! Source: RFC 5280 §4.2; RFC 6762 for `.local`, RFC 1918, 3927, 4193 and 4291 for the addresses.
 
@@ -23,7 +24,7 @@ use crate::secret_file::{self, SecretFileError};
 /// Certificate and key, beside the token.
 pub(super) const FILES: [&str; 2] = ["tls-ca.pem", "tls-ca-key.pem"];
 
-/// Networks behind which nobody else is: address and length of the prefix.
+/// Networks that are local only: address and length of the prefix.
 const LOCAL: [(&str, u8); 8] = [
     ("127.0.0.0", 8),
     ("10.0.0.0", 8),
@@ -35,7 +36,7 @@ const LOCAL: [(&str, u8); 8] = [
     ("fe80::", 10),
 ];
 
-/// An authority that signs.
+/// An authority with its key, ready to sign.
 pub(super) struct Authority {
     pub(super) der: CertificateDer<'static>,
     pub(super) issuer: Issuer<'static, KeyPair>,
@@ -61,7 +62,7 @@ impl Authority {
             std::fs::read_to_string(&cert).map_err(|source| SecretFileError::of(&cert, source))?;
         let der = CertificateDer::from_pem_slice(pem.as_bytes())
             .map_err(|source| unreadable(&cert, "a certificate", source))?;
-        // Else phones would be asked to trust who signs nothing here.
+        // Otherwise phones would be asked to trust an authority that signs nothing here.
         let own = PrivateKeyDer::try_from(pair.serialize_der()).ok();
         let belongs = own.is_some_and(|own| certify(vec![der.clone()], own).is_ok());
         if !belongs {
@@ -103,14 +104,15 @@ fn is_within(ip: IpAddr, network: IpAddr, bits: u8) -> bool {
 fn make(cert: &Path, key: &Path) -> Result<(), TlsError> {
     let pair = KeyPair::generate()?;
     let made = params(&pair).self_signed(&pair)?;
-    // The key last: without it the certificate is not taken for a pair.
+    // The key last: a certificate alone does not count as a pair.
     for (path, text) in [(cert, made.pem()), (key, pair.serialize_pem())] {
         secret_file::write(path, text.trim_end())?;
     }
     Ok(())
 }
 
-/// The same for the same key: a certificate that was read again need not be taken apart.
+/// The same parameters for the same key, so that a certificate read from its file need not be
+/// parsed.
 fn params(pair: &KeyPair) -> CertificateParams {
     let mut params = CertificateParams::default();
     let of_key: String = Sha256::digest(pair.der_bytes())[..4]
@@ -126,7 +128,7 @@ fn params(pair: &KeyPair) -> CertificateParams {
         permitted_subtrees: permitted(),
         excluded_subtrees: vec![],
     });
-    // A Pi has no clock of its own: what begins today may begin in its future.
+    // A Raspberry Pi has no battery-backed clock: what begins today may begin in its future.
     params.not_before = rcgen::date_time_ymd(2024, 1, 1);
     params.not_after = rcgen::date_time_ymd(2049, 12, 31);
     params

@@ -1,13 +1,13 @@
-//! A certificate that somebody else made, and makes anew: by hand, or by a program like certbot.
+//! A certificate that somebody else makes and renews: by hand, or by a program like certbot.
 //!
-//! In: its two files. Out: what to show, at the start and again whenever they have changed; and in
-//! the log what its owner should know.
+//! In: its two files. Out: the certificate to show, at the start and again whenever the files have
+//! changed; and in the log what its owner should know.
 //!
-//! 1. The files are read each time that is asked, and taken apart where what stands there differs.
-//!    Their times say less: they are kept by whoever copies.
-//! 2. Where the new one cannot be used, the one before is shown on, and that is said once: of two
-//!    files one is always written first.
-//! 3. That it ends within [`SOON`], or has ended, is said at the start and once a day.
+//! 1. The files are read each time, and parsed only if their content differs. File times would not
+//!    do, because copying may preserve them.
+//! 2. If the new certificate cannot be used, the previous one is still shown, and this is logged
+//!    once: of the two files one is always written first.
+//! 3. A certificate that ends within [`SOON`], or has ended, is logged at the start and once a day.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ use super::{TlsError, certify, unreadable, validity};
 use crate::secret_file::{self, SecretFileError};
 
 const DAY: Duration = Duration::from_secs(24 * 60 * 60);
-/// So long before its end its owner is told.
+/// How long before its end its owner is told.
 const SOON: Duration = Duration::from_secs(7 * 24 * 60 * 60);
 
 /// The two files.
@@ -34,11 +34,11 @@ pub(super) struct Files {
 }
 
 struct Known {
-    /// Of what stood in the files, used or not.
+    /// Hash of the files' last content, used or not.
     mark: [u8; 32],
-    /// Of the one that is shown; none where it does not say.
+    /// End of the certificate that is shown; none if it cannot be read.
     ends: Option<Duration>,
-    /// When its owner was told of that.
+    /// When its owner was last told of that.
     told: Option<Duration>,
 }
 
@@ -49,7 +49,7 @@ struct Texts {
 }
 
 impl Files {
-    /// Reads them for the first time.
+    /// Reads the files for the first time.
     ///
     /// # Errors    [`TlsError`]: they cannot be read or used.
     pub(super) fn open(
@@ -74,7 +74,7 @@ impl Files {
         Ok((files, certified))
     }
 
-    /// What to show from now on, where the files have changed and can be used.
+    /// The certificate to show from now on, if the files have changed and can be used.
     pub(super) fn renewed(&self, now: Duration) -> Option<CertifiedKey> {
         let renewed = self.changed();
         self.tell(now);
@@ -111,7 +111,7 @@ impl Files {
         }
     }
 
-    /// What is to be said of its end now; none where it is far away, or was told today.
+    /// The warning about its end that is due now; none if the end is far away, or was logged today.
     fn warning(&self, now: Duration) -> Option<String> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let ends = known.ends.filter(|ends| *ends < now + SOON)?;
@@ -137,7 +137,7 @@ impl Texts {
         }
     }
 
-    /// The same for the same: that of a file that cannot be read is what is wrong with it.
+    /// Hash of the content; for a file that cannot be read, of its error.
     fn mark(&self) -> [u8; 32] {
         let cert = match &self.cert {
             Ok(bytes) => Sha256::digest(bytes),
@@ -175,7 +175,7 @@ fn end_of(certified: &CertifiedKey) -> Option<Duration> {
 mod tests {
     use super::*;
 
-    /// Writes a certificate that ends then, and its key.
+    /// Writes a certificate that ends in `year`, and its key.
     fn write([cert, key]: [&Path; 2], year: i32) {
         let mut params = rcgen::CertificateParams::new(["robot.example".to_owned()]).unwrap();
         params.not_after = rcgen::date_time_ymd(year, 1, 1);
@@ -189,7 +189,8 @@ mod tests {
         Duration::from_secs(seconds as u64)
     }
 
-    /// Once certbot had renewed it, the bridge showed the old one on until it had expired.
+    /// Regression: after certbot had renewed the certificate, the bridge still showed the old one
+    /// until it had expired.
     #[test]
     fn files_that_have_changed_are_shown_and_broken_ones_are_not() {
         let folder = tempfile::TempDir::new().unwrap();
@@ -202,7 +203,7 @@ mod tests {
         write(both, 2031);
         let second = files.renewed(now).unwrap();
         assert!(second.cert != first.cert);
-        // Half of the next: the key is still that of the one before.
+        // Half of the next pair: the key is still the previous one.
         let old = fs::read(&key).unwrap();
         write(both, 2032);
         let new = fs::read_to_string(&key).unwrap();
@@ -227,7 +228,7 @@ mod tests {
         assert!(said(at(2029, 12, 28)).starts_with("expires in 4.0 days"));
         assert!(said(at(2030, 1, 1)).starts_with("has expired"));
         assert!(said(at(2031, 1, 1)).starts_with("has expired"));
-        // At the start it is said as well.
+        // It is logged at the start, too.
         let (files, _) = Files::open(&cert, &key, at(2031, 1, 1)).unwrap();
         assert!(files.warning(at(2031, 1, 1)).is_none(), "it was said");
     }

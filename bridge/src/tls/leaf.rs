@@ -1,9 +1,10 @@
-//! The certificate that the bridge shows: signed by its authority, for the names and addresses that
-//! this machine has at the time, and short-lived.
+//! The certificate that the bridge shows: signed by its authority, for this machine's present names
+//! and addresses, and short-lived.
 //!
-//! It lies in one file with its key, so that a restart changes nothing: who accepted it without the
-//! authority is not asked again for as long as it lasts. It is made anew when it ends within
-//! [`RENEW`], when the machine has other names, or when its clock says that it has not begun.
+//! It is kept in one file with its key, so that a restart changes nothing: a browser that accepted
+//! it without the authority does not ask again while it is valid. It is made anew when it ends
+//! within [`RENEW`], when the machine's names have changed, when another authority signed it, or
+//! when by the machine's clock it is not valid yet.
 
 use std::path::Path;
 use std::time::Duration;
@@ -21,9 +22,9 @@ use crate::secret_file;
 /// Its file, beside the token.
 pub(super) const FILE: &str = "tls-leaf.toml";
 const DAY: Duration = Duration::from_secs(24 * 60 * 60);
-/// How long it lasts; phones take 825 days at most.
+/// How long it is valid; phones accept 825 days at most.
 const LASTS: Duration = Duration::from_secs(90 * 24 * 60 * 60);
-/// So long before its end it is made anew.
+/// How long before its end it is made anew.
 const RENEW: Duration = Duration::from_secs(30 * 24 * 60 * 60);
 
 /// A certificate with its key. Times are seconds since 1970.
@@ -40,8 +41,8 @@ pub(super) struct Leaf {
 }
 
 impl Leaf {
-    /// Reads it from `folder` if it is still good for these names, or makes it anew; whether it was
-    /// made.
+    /// Reads it from `folder` if it is still good for these names, or makes it anew; returns
+    /// whether it was made.
     pub(super) fn load_or_make(
         folder: &Path,
         authority: &Authority,
@@ -91,7 +92,7 @@ impl Leaf {
         params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
         params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
         params.use_authority_key_identifier_extension = true;
-        // Clocks differ: a phone may be behind.
+        // It begins a day early, because a phone's clock may be behind.
         let (begins, ends) = (now.saturating_sub(DAY), now + LASTS);
         params.not_before = time::OffsetDateTime::UNIX_EPOCH + begins;
         params.not_after = time::OffsetDateTime::UNIX_EPOCH + ends;

@@ -1,17 +1,17 @@
-//! What this machine is called, as far as the bridge's own certificate says so, and which addresses
-//! of the page a browser would therefore refuse.
+//! The names of this machine in the bridge's own certificate, and which addresses of the page a
+//! browser would refuse because they are not in it.
 
 use std::net::IpAddr;
 
 use super::{Identity, authority};
 
-/// What is said in place of an address where [`Identity::named`] leaves none.
+/// Said in place of an address if [`Identity::named`] leaves none.
 pub const UNNAMED: &str = "there is no address that the bridge's own certificate could name: its authority vouches for \
     localhost, .local names and private addresses only; listen on all addresses (0.0.0.0), or give the bridge a \
     certificate for its name (--tls-cert, --tls-key)";
 
-/// All that a browser on the same network may call this machine by, and the authority may vouch
-/// for.
+/// All names of this machine that a browser on the same network may use and for which the authority
+/// may vouch.
 pub(super) fn all() -> Vec<String> {
     let mut names = vec!["localhost".to_owned()];
     names.extend(crate::address::host_name().map(|name| format!("{name}.local")));
@@ -26,8 +26,8 @@ pub(super) fn all() -> Vec<String> {
 }
 
 impl Identity {
-    /// Of these addresses of the page, those that its certificate names. Of a certificate that
-    /// somebody else made all: they know what for.
+    /// Those of the page's addresses that the certificate names. If somebody else made the
+    /// certificate, all of them: they know what it is for.
     #[must_use]
     pub fn named(&self, urls: Vec<String>) -> Vec<String> {
         match self.authority() {
@@ -36,8 +36,8 @@ impl Identity {
         }
     }
 
-    /// Of these names that the bridge is to answer to, those that its own certificate lacks; none
-    /// where it is another's.
+    /// Those of the names that the bridge should answer to that its own certificate lacks; none if
+    /// somebody else made the certificate.
     #[must_use]
     pub fn lacking<'a>(&self, hosts: &'a [String]) -> Vec<&'a str> {
         let names = match self.authority() {
@@ -70,7 +70,8 @@ mod tests {
         names.iter().map(|name| (*name).to_owned()).collect()
     }
 
-    /// The authority vouches for no public address, and the bridge sent people to one.
+    /// Regression: the bridge sent people to a public address, for which its authority cannot
+    /// vouch.
     #[test]
     fn only_addresses_that_the_own_certificate_names_are_left() {
         let urls = owned(&[

@@ -1,11 +1,11 @@
-//! Until when a certificate counts, read from its bytes.
+//! When a certificate ends, read from its bytes.
 //!
-//! In: DER of a certificate. Out: its `notAfter`, since 1970; none where it does not read as one.
-//! Nothing here decides whom to trust: it is only for a word to whoever owns the certificate.
+//! In: DER of a certificate. Out: its `notAfter`, since 1970; none if the bytes are not a
+//! certificate. Nothing here decides whom to trust: it only serves to warn the certificate's owner.
 //!
-//! 1. `Certificate` and `TBSCertificate` are sequences, one in the other.
-//! 2. Before the validity stand version (tag `[0]`, left out of version 1), serial number,
-//!    algorithm and issuer.
+//! 1. `Certificate` and `TBSCertificate` are nested sequences.
+//! 2. The validity follows version (tag `[0]`, absent in version 1), serial number, algorithm and
+//!    issuer.
 //! 3. The validity is a sequence of two times, each `UTCTime` or `GeneralizedTime`, in UTC.
 //!
 //! Source: RFC 5280 §4.1; lengths by X.690 §8.1.3.
@@ -24,7 +24,7 @@ pub(super) fn ends(der: &[u8]) -> Option<Duration> {
     let whole = expect(SEQUENCE, &mut { der })?;
     let tbs = &mut expect(SEQUENCE, &mut { whole })?;
     let (tag, _) = next(tbs)?;
-    // Without a version, the first was the serial number.
+    // Without a version, the first value was the serial number.
     let before_issuer = if tag == VERSION { 2 } else { 1 };
     for _ in 0..=before_issuer {
         next(tbs)?;
@@ -35,13 +35,13 @@ pub(super) fn ends(der: &[u8]) -> Option<Duration> {
     moment(tag, std::str::from_utf8(text).ok()?)
 }
 
-/// The next value, with its tag, and moves on behind it.
+/// Takes the next value, with its tag, and moves on past it.
 fn next<'a>(rest: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     let (&[tag, first], behind) = rest.split_first_chunk()?;
     let (length, behind) = match first {
         0..0x80 => (usize::from(first), behind),
         _ => {
-            // No certificate is longer than four bytes can say.
+            // No certificate needs more than four bytes for a length.
             let count = usize::from(first & 0x7F);
             let (bytes, behind) = behind.split_at_checked(count).filter(|_| count <= 4)?;
             let length = bytes
@@ -61,7 +61,7 @@ fn expect<'a>(tag: u8, rest: &mut &'a [u8]) -> Option<&'a [u8]> {
         .map(|(_, value)| value)
 }
 
-/// `YYMMDDHHMMSSZ` of the years 1950 to 2049, or with four figures of the year.
+/// `YYMMDDHHMMSSZ` in the years 1950 to 2049, or with a year of four digits.
 fn moment(tag: u8, text: &str) -> Option<Duration> {
     let years = match tag {
         UTC_TIME => 2,
@@ -84,7 +84,7 @@ fn moment(tag: u8, text: &str) -> Option<Duration> {
     let date = Date::from_calendar_date(year, Month::try_from(month).ok()?, day).ok()?;
     let time = Time::from_hms(hour, minute, second).ok()?;
     let seconds = OffsetDateTime::new_utc(date, time).unix_timestamp();
-    // Before 1970 it has ended, whenever that was.
+    // A time before 1970 counts as 1970: it is past in any case.
     Some(Duration::from_secs(u64::try_from(seconds).unwrap_or(0)))
 }
 

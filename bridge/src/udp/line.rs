@@ -1,4 +1,4 @@
-//! The client's end of the UDP protocol as a line: each datagram of the server is a piece.
+//! The client's end of the UDP protocol as a line: each datagram from the server is a piece.
 
 use std::fmt;
 use std::io;
@@ -22,18 +22,18 @@ pub struct UdpAddress {
     pub port: u16,
     /// Path of the lidar's port at the server. Default `/dev/ttyUSB0`.
     pub path: String,
-    /// Port here to which the server sends. The protocol fixes 20000.
+    /// Port on this machine to which the server sends. The protocol fixes 20000.
     pub client_port: u16,
 }
 
-/// Why there is no such address, or nothing to listen at.
+/// Why an address is not valid, or cannot be opened.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum UdpAddressError {
-    /// Not of the form.
+    /// The text does not have the form of an address.
     #[error("`{0}` is no address of a lidar server; expected HOST[:PORT][/PATH]")]
     Form(String),
-    /// Nobody knows the host.
+    /// The host is not found.
     #[error("{host} is not found ({detail}): check the name, or write its address in figures")]
     Host {
         /// As it was typed.
@@ -41,12 +41,12 @@ pub enum UdpAddressError {
         /// What the system says.
         detail: String,
     },
-    /// Somebody listens there already.
+    /// Another program already listens there.
     #[error(
         "UDP port {port} does not open ({detail}): mostly another program listens for the same lidar; end it"
     )]
     Port {
-        /// Port here.
+        /// Port on this machine.
         port: u16,
         /// What the system says.
         detail: String,
@@ -63,7 +63,7 @@ impl UdpAddress {
             Some(at) => text.split_at(at),
             None => (text, pilch::DEFAULT_PATH),
         };
-        // The colons of an IPv6 address stand between brackets.
+        // The colons of an IPv6 address are inside brackets.
         let after_host = server.find(']').map_or(0, |at| at + 1);
         let (host, port) = match server[after_host..].find(':') {
             Some(at) => {
@@ -83,7 +83,7 @@ impl UdpAddress {
         })
     }
 
-    /// Listens for the server.
+    /// Opens a socket that listens for the server.
     pub(crate) fn open(&self) -> Result<UdpLine, UdpAddressError> {
         let found = (format!("{}:{}", self.host, self.port)).to_socket_addrs();
         let host = |detail: String| UdpAddressError::Host {
@@ -111,7 +111,7 @@ impl fmt::Display for UdpAddress {
     }
 }
 
-/// A socket at which a server is heard.
+/// A socket that receives from one server.
 #[derive(Debug)]
 pub(crate) struct UdpLine {
     socket: UdpSocket,
@@ -119,8 +119,8 @@ pub(crate) struct UdpLine {
 }
 
 impl Channel for UdpLine {
-    /// Others than the server are not heard. What the system says against the socket is no break:
-    /// whether the server is there shows in its silence.
+    /// Ignores datagrams from anybody but the server. An error of the socket does not break the
+    /// line: only the server's silence shows that it is gone.
     fn receive(&mut self, timeout: Duration) -> Received {
         let mut datagram = vec![0; LONGEST];
         let heard = self
@@ -144,7 +144,7 @@ impl Channel for UdpLine {
     }
 
     fn send(&mut self, datagram: Vec<u8>) -> Result<(), LineError> {
-        // A datagram that is lost is lost: what matters is sent again.
+        // A lost datagram does no harm: what matters is sent again by the protocol.
         if let Err(error) = self.socket.send_to(&datagram, self.server) {
             tracing::debug!("a datagram was not sent: {error}");
         }

@@ -1,4 +1,4 @@
-//! Stands in where the program was built without Zenoh, and says so.
+//! Replaces the module in a program built without Zenoh, and says so.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use super::{ZenohConfig, ZenohError};
 use crate::rights::Rights;
 use crate::shared::Shared;
 
-/// There is none.
+/// Never exists.
 pub(crate) enum Ready {}
 
 /// # Errors    [`ZenohError::NotBuilt`], always.

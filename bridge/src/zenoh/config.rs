@@ -1,7 +1,7 @@
-//! Which router, under which name, and with which certificates.
+//! The configuration: which router, under which name, and with which certificates.
 //!
-//! In: a [`ZenohConfig`]. Out: what a session is opened with; files that are not what they should
-//! be are named before anything moves.
+//! In: a [`ZenohConfig`]. Out: the configuration of a session; wrong files are named before
+//! anything moves.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -16,9 +16,10 @@ use crate::rights::Name;
 pub struct ZenohConfig {
     /// The router.
     pub router: Endpoint,
-    /// What the robot is called there: the second part of its keys.
+    /// The robot's name there: the second part of its keys.
     pub name: Name,
-    /// Certificate of the authority that the router's must be signed by, PEM; TLS needs it.
+    /// Certificate of the authority that must have signed the router's certificate, PEM; TLS needs
+    /// it.
     pub ca: Option<PathBuf>,
     /// Certificate chain and key that the bridge shows to the router, PEM.
     pub identity: Option<(PathBuf, PathBuf)>,
@@ -31,9 +32,9 @@ pub struct ZenohConfig {
 pub struct RosConfig {
     /// `ROS_DOMAIN_ID` of those tools.
     pub domain: u8,
-    /// Before the names of all topics; without one, none.
+    /// Prefix of the names of all topics; default none.
     pub namespace: Option<String>,
-    /// The right by which `/cmd_vel` drives; without one nobody drives that way.
+    /// The right by which `/cmd_vel` drives; without it nobody can drive that way.
     pub right: Option<Name>,
 }
 
@@ -49,7 +50,7 @@ pub struct Endpoint {
     pub port: u16,
 }
 
-/// What is no place of a router.
+/// The text is not the address of a router.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{given:?} is no router's address: {why}; expected tcp/HOST:PORT or tls/HOST:PORT, such as tcp/192.168.1.7:7447"
@@ -126,12 +127,12 @@ impl From<Endpoint> for String {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ZenohError {
-    /// This program cannot.
+    /// This program was built without Zenoh.
     #[error(
         "this slamlab-bridge was built without Zenoh: build it with `--features zenoh`, or take [zenoh] out of the settings"
     )]
     NotBuilt,
-    /// A certificate or key that is none.
+    /// A file does not hold a certificate or key.
     #[error("zenoh {key} {}: {why}", path.display())]
     File {
         /// Which setting.

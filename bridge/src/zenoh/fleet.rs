@@ -5,14 +5,15 @@
 //!          <── slamlab/NAME/stop ───────────────────────────────────────── /fleet/stop
 //! ```
 //!
-//! 1. A robot has one slot, made by its liveliness token and by nothing else, so that whoever
-//!    writes under foreign keys grows nothing ([`Table`]).
-//! 2. The page asks for what changed since it asked last: what it gets is the newest, and nothing
-//!    waits for a page that is slow.
-//! 3. A stop needs no right, as everywhere; where watching needs the token here, so does this.
-//! 4. Where robots are is told in each robot's own map. Two maps have a common frame only where
-//!    both robots localise in copies of one saved map, which shows by the name of its file alone:
-//!    the page draws together what has the same name, and says that it goes by the name.
+//! 1. A robot has one slot, made only by its liveliness token, so that writing under invented keys
+//!    takes no memory ([`Table`]).
+//! 2. The page asks for what changed since its last request: it gets the newest state, and nothing
+//!    waits for a slow page.
+//! 3. A stop needs no right, as everywhere; but if watching this bridge needs the token,
+//!    `/fleet/stop` is refused as well.
+//! 4. Each robot's pose is in its own map. Two maps share a frame only if both robots localise in
+//!    copies of one saved map, which can be seen only by the name of its file: the page draws
+//!    robots with the same name of map together, and says that it goes by that name.
 
 mod gather;
 mod serve;
@@ -26,7 +27,7 @@ pub(super) use gather::Gathering;
 pub(crate) use serve::routes;
 use table::Table;
 
-/// What is known of all robots, and the way to them while there is one.
+/// What is known of all robots, and the session to reach them while there is one.
 #[derive(Default)]
 pub(crate) struct Fleet {
     table: Mutex<Table>,

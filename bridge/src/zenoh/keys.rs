@@ -1,23 +1,23 @@
-//! The keys of a robot, and what stands at them.
+//! The keys of a robot, and what is published under them.
 
 use slamlab_core::wire::message::FromBridge;
 
 use crate::rights::Name;
 
-/// Keys of the robot of this name.
+/// Keys of the robot with this name.
 #[derive(Clone, Debug)]
 pub(super) struct Keys {
     base: String,
 }
 
-/// What goes out at one key.
+/// What is published under one key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stream {
     /// The last part of the key.
     pub(super) name: &'static str,
-    /// It must not be lost, and goes before readings.
+    /// Whether it must not be lost, and is sent before readings.
     pub(super) is_urgent: bool,
-    /// Told on change only: who comes later asks for the last.
+    /// Whether it is sent only on change: later clients query the last value.
     pub(super) is_state: bool,
 }
 
@@ -43,7 +43,7 @@ impl Keys {
         format!("{}/alive/{session}", self.base)
     }
 
-    /// What a client says, and at the same key its liveliness token.
+    /// Key of a client's messages, and of its liveliness token.
     pub(super) fn to(&self, client: &str) -> String {
         format!("{}/to/{client}", self.base)
     }
@@ -52,8 +52,8 @@ impl Keys {
         format!("{}/from/{client:016x}", self.base)
     }
 
-    /// The number of the client whose key this is: 16 hexadecimal digits, as [`Self::from`] writes
-    /// them.
+    /// The number of the client to which the key belongs: 16 hexadecimal digits, as [`Self::from`]
+    /// writes them.
     pub(super) fn client(&self, key: &str) -> Option<u64> {
         let digits = key.strip_prefix(&self.base)?.strip_prefix("/to/")?;
         let is_hexadecimal = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
@@ -62,7 +62,7 @@ impl Keys {
     }
 }
 
-/// Where a message is for everybody; none of what is said to one client.
+/// The stream of a message for everybody; none for a message to one client.
 pub(super) fn stream(message: &FromBridge) -> Option<Stream> {
     let (name, is_urgent, is_state) = match message {
         FromBridge::Safety(_) => ("safety", true, true),
@@ -91,8 +91,9 @@ pub(super) fn stream(message: &FromBridge) -> Option<Stream> {
     })
 }
 
-/// Whether a client gets a message by itself: what is for it alone, and what it must not miss. All
-/// else it takes from the streams, which cost the bridge the same however many listen.
+/// Whether a message is sent to each client separately: messages for one client, and those that it
+/// must not miss. Clients take everything else from the streams, which cost the bridge the same
+/// however many listen.
 pub(super) fn is_personal(message: &FromBridge) -> bool {
     stream(message).is_none_or(|stream| stream.is_urgent)
 }

@@ -1,11 +1,12 @@
-//! What goes out to the router, on two lanes.
+//! Messages to the router, on two lanes.
 //!
-//! Zenoh puts a message into a queue of its priority, and waits where that is full. So each lane is
-//! a thread: that readings wait keeps nothing urgent waiting, and neither the runtime.
+//! Zenoh puts a message into the queue of its priority, and blocks if that is full. So each lane is
+//! a thread: when readings block, urgent messages and the runtime do not wait.
 //!
 //! 1. Urgent: states, alerts, answers; in order, none left out. A router that takes none of them
-//!    for so long that the queue is full is as good as lost.
-//! 2. Readings: an [`Outbox`], so that while one is being taken the newest of each stream waits.
+//!    until the queue is full counts as lost.
+//! 2. Readings: an [`Outbox`], so that only the newest of each stream waits while one is being
+//!    sent.
 
 use std::io;
 use std::sync::Arc;
@@ -19,22 +20,22 @@ use tokio::sync::mpsc;
 use crate::ending::GOING_AWAY;
 use crate::hub::outbox::{Next, Outbox};
 
-/// Urgent messages that wait.
+/// Most urgent messages that may wait.
 const MOST_URGENT: usize = 256;
-/// Between two looks whether the lane is to end.
+/// Interval between checks whether the lane must end.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// A message on its way.
+/// A message to be published.
 pub(super) struct Put {
     pub(super) publisher: Arc<Publisher<'static>>,
     pub(super) payload: Vec<u8>,
 }
 
-/// The urgent lane; it ends with the last of its senders.
+/// The urgent lane; it ends when its last sender is dropped.
 #[derive(Clone)]
 pub(super) struct Urgent(mpsc::Sender<Put>);
 
-/// The router takes nothing.
+/// The router accepts nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stalled;
 
@@ -61,7 +62,7 @@ impl Urgent {
 pub(super) struct Readings(Arc<Outbox>);
 
 impl Readings {
-    /// `publish` puts one message, and may take as long as the link does.
+    /// Starts the lane. `publish` publishes one message, and may block as long as the link does.
     pub(super) fn start(
         mut publish: impl FnMut(&slamlab_core::wire::message::FromBridge) + Send + 'static,
     ) -> io::Result<Self> {
@@ -93,7 +94,7 @@ impl Drop for Readings {
     }
 }
 
-/// A session that has ended takes nothing: that is said elsewhere, once.
+/// Logs a failure for debugging only: that a session has ended is reported elsewhere, once.
 pub(super) fn say_failed(done: ::zenoh::Result<()>) {
     if let Err(error) = done {
         tracing::debug!("zenoh: {error}");

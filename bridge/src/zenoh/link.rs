@@ -1,7 +1,7 @@
-//! The bridge at a router: from the first try to the last, whatever happens to the router.
+//! Keeps the bridge connected to a router, whatever happens to the router.
 //!
-//! In: a [`ZenohConfig`]. Out: sentences for people, each once until something else is to be said,
-//! and while there is a session all that [`super`] lists.
+//! In: a [`ZenohConfig`]. Out: notices for people, none repeated before another one comes; and
+//! while there is a session everything that [`super`] lists.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -26,31 +26,32 @@ use crate::hub::FromClient;
 use crate::rights::Rights;
 use crate::shared::Shared;
 
-/// Between two tries to reach a router: at first, and at most.
+/// Pause between tries to reach a router: the first, and the longest.
 const TRY_AGAIN: (Duration, Duration) = (Duration::from_millis(250), Duration::from_secs(4));
-/// Between two looks whether the router is still there.
+/// Interval between checks that the router is still there.
 const LOOK: Duration = Duration::from_millis(100);
-/// Between two looks whether another robot of this name is still there.
+/// Interval between checks whether another robot of this name is still there.
 const LOOK_AT_NAME: Duration = Duration::from_secs(1);
-/// A router may believe for so long in a session of this very robot that it has lost.
+/// Checks before another robot is reported: for that long a router may still show a lost session of
+/// this same robot.
 const OWN_SHADOW: u32 = 4;
 /// How long a session may take to end.
 const FAREWELL: Duration = Duration::from_secs(2);
 
-/// Whatever can be wrong with the settings was found right.
+/// A configuration whose possible faults have been checked.
 pub(crate) struct Ready {
     config: ZenohConfig,
     router: Router,
 }
 
-/// # Errors    [`ZenohError`]: a certificate or key that is none.
+/// # Errors    [`ZenohError`]: a file does not hold a certificate or key.
 pub(crate) fn ready(config: ZenohConfig) -> Result<Ready, ZenohError> {
     let router = Router::new(&config)?;
     Ok(Ready { config, router })
 }
 
 impl Ready {
-    /// # Errors    [`ZenohError::NoRight`]: nobody may drive by the right that ROS is to drive by.
+    /// # Errors    [`ZenohError::NoRight`]: the right for ROS does not exist or may not drive.
     pub(crate) fn check_rights(&self, rights: &Rights) -> Result<(), ZenohError> {
         let right = self.config.ros.as_ref().and_then(|ros| ros.right.clone());
         match right {
@@ -61,7 +62,7 @@ impl Ready {
         }
     }
 
-    /// Keeps the robot at the router until `stopped`.
+    /// Keeps the robot connected to the router until `stopped`.
     pub(crate) fn start(self, shared: Arc<Shared>, stopped: watch::Receiver<bool>) {
         let link = Link {
             keys: Keys::of(&self.config.name),
@@ -82,11 +83,11 @@ struct Link {
     ready: Ready,
     keys: Keys,
     shared: Arc<Shared>,
-    /// What was said last.
+    /// The last notice.
     said: Option<String>,
 }
 
-/// Why a robot is at a router no longer.
+/// Why a robot is no longer at a router.
 #[derive(Debug, thiserror::Error)]
 enum Lost {
     #[error("it is gone")]
@@ -112,7 +113,7 @@ impl Link {
                     pause = TRY_AGAIN.0;
                     let lost = self.serve(&session).await;
                     self.say_lost(&lost).await;
-                    // What it still says to a router that is gone is not waited for.
+                    // Closing a session whose router is gone must not take long.
                     let _ = timeout(FAREWELL, async { session.close().await }).await;
                 }
                 Err(error) => {
@@ -137,7 +138,7 @@ impl Link {
         }
     }
 
-    /// Says something once.
+    /// Sends a notice, unless it is the same as the last one.
     async fn say(&mut self, severity: Severity, text: String) {
         if self.said.as_ref() != Some(&text) {
             self.said = Some(text.clone());
@@ -146,7 +147,7 @@ impl Link {
         }
     }
 
-    /// All that the robot is at a router, until it is lost.
+    /// Serves everything that the robot offers at a router, until the router is lost.
     async fn serve(&mut self, session: &Session) -> Lost {
         let served = tokio::select! {
             served = self.serve_until_lost(session) => served,
@@ -221,7 +222,7 @@ impl Link {
     }
 }
 
-/// Obeys tools of ROS, where there is a node for them.
+/// Serves ROS tools, if there is a node for them.
 async fn drive(driver: Option<&mut Driver>) {
     match driver {
         Some(driver) => driver.run().await,
@@ -229,7 +230,7 @@ async fn drive(driver: Option<&mut Driver>) {
     }
 }
 
-/// Ends when a session has no router any more.
+/// Ends when the session has no router any more.
 async fn gone(session: &Session) {
     while router::router_of(session).await.is_some() {
         sleep(LOOK).await;

@@ -1,8 +1,8 @@
-//! Two robots of one name at a router: found by their liveliness tokens.
+//! Detects two robots of the same name at a router, by their liveliness tokens.
 //!
-//! Each robot declares a token at `slamlab/NAME/alive/SESSION`. Who comes later sees the other's,
-//! says so and waits: both would obey the same commands. Of two that come at the same moment the
-//! one with the lower session stays.
+//! Each robot declares a token at `slamlab/NAME/alive/SESSION`. The later one sees the other's
+//! token, reports it and waits, because both would obey the same commands. If two come at the same
+//! moment, the one with the lower session id stays.
 
 use std::time::Duration;
 
@@ -14,17 +14,17 @@ use tokio::sync::watch;
 
 use super::keys::Keys;
 
-/// How long a router may take to say who is there.
+/// How long a router may take to list the tokens.
 const ANSWER: Duration = Duration::from_secs(2);
 
-/// The name is this robot's, until another shows up that has more of a right to it.
+/// A claim to the name, until a robot with precedence shows up.
 pub(super) struct Claim {
     taken_by: watch::Receiver<Option<String>>,
     _token: LivelinessToken,
     _listening: Subscriber<()>,
 }
 
-/// The session of another robot of this name; none where there is none.
+/// The session of another robot of this name, if there is one.
 pub(super) async fn other(session: &Session, keys: &Keys) -> ::zenoh::Result<Option<String>> {
     let own = keys.alive(&session.zid().to_string());
     let tokens = session.liveliness().get(keys.alive("*")).timeout(ANSWER);
@@ -73,7 +73,7 @@ impl Claim {
 
     /// Ends when another robot came first after all.
     pub(super) async fn lost(&mut self) {
-        // Its sender lives as long as this does.
+        // The sender lives as long as this claim.
         let _ = self.taken_by.wait_for(Option::is_some).await;
     }
 }

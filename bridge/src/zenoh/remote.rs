@@ -1,23 +1,25 @@
-//! Clients behind the router: the conversation of a WebSocket, over two keys.
+//! Clients behind the router: the same conversation as over a WebSocket, under two keys.
 //!
-//! In: what is put at `slamlab/NAME/to/CLIENT`, and the liveliness token that a client declares at
-//! the same key. Out: messages to the hub as of any client, and its answers at
+//! In: messages at `slamlab/NAME/to/CLIENT`, and the liveliness token that a client declares at the
+//! same key. Out: messages to the hub as from any client, and the hub's answers at
 //! `slamlab/NAME/from/CLIENT`.
 //!
-//! 1. A client draws a number of 16 hexadecimal digits, listens at `from/`, and declares its token
-//!    at `to/`: that is its coming. The bridge says hello with a challenge, the client answers as
-//!    everywhere, with a proof or as a watcher.
-//! 2. Who has shown a right that drives signs each message after that: the attachment is
-//!    [`MessageKey::sign`] of the payload. Others can write at its key, and it is not heard: not
-//!    counted against its rate, and no reason to end it. What repeats an older message is left out,
-//!    for sequences rise. Who writes there before the client has said hello keeps it from coming
-//!    in, and can do no more.
-//! 3. It ends when the token goes (the client, its network or its router is gone), when it is
-//!    silent for as long as a WebSocket may be, or with a code: `{"close":4009,"reason":"…"}` is
-//!    the last that is said to it. Then its robot stops as for any lost driver.
-//! 4. The going of a token may overtake what was said before: who stops a robot that way stays
-//!    until it is told that the robot is disarmed, or puts its stop at `slamlab/NAME/stop`.
-//! 5. It gets what is for it alone, and states; readings it takes from the streams.
+//! 1. A client draws a random number of 16 hexadecimal digits, listens at `from/`, and declares its
+//!    token at `to/`: this opens the connection. The bridge says hello with a challenge; the client
+//!    answers as everywhere, with a proof or as a watcher.
+//! 2. A client that has shown a right to drive signs each later message: the attachment is
+//!    [`MessageKey::sign`] of the payload. Messages that others write at its key are ignored: they
+//!    do not count against its rate, and do not end the connection. Replayed messages are ignored,
+//!    because sequence numbers must rise. An attacker that writes there before the client has said
+//!    hello can keep it from coming in, but can do no more.
+//! 3. The connection ends when the token disappears (the client, its network or its router is
+//!    gone), when the client is silent for longer than a WebSocket may be, or with a code:
+//!    `{"close":4009,"reason":"…"}` is the last message to it. Then its robot stops as for any lost
+//!    driver.
+//! 4. The end of a token may overtake messages sent before it: a client that stops a robot this way
+//!    must stay until it is told that the robot is disarmed, or put its stop at
+//!    `slamlab/NAME/stop`.
+//! 5. A client is sent its own messages and the states; it takes readings from the streams.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -45,15 +47,15 @@ use crate::hub::outbox::{Next, Outbox};
 use crate::rate::Bucket;
 use crate::shared::Shared;
 
-/// Clients at the same time: a router's are those of a fleet, not of a public.
+/// Most clients at the same time: a router serves a fleet's users, not the public.
 const MOST: usize = 64;
-/// Of these, such as may not drive: the other places are kept for who may.
+/// Most of these that may not drive: the other places are kept for those that may.
 const MOST_WATCHERS: usize = 48;
-/// Messages of one client that wait for it to be served, and comings, goings and messages of all
-/// that wait to be told apart. What is more is left out, so that nobody holds up the router's link.
+/// Most waiting messages of one client; and most events of all clients (tokens and messages) that
+/// wait to be sorted. More are dropped, so that nobody can block the router's link.
 const MOST_WAITING: (usize, usize) = (64, 1024);
 
-/// What the router brings.
+/// An event from the router.
 enum Came {
     Here(u64),
     Gone(u64),
@@ -66,7 +68,7 @@ struct Said {
     signature: Vec<u8>,
 }
 
-/// All clients; they end when this is dropped.
+/// All clients; their connections end when this is dropped.
 pub(super) struct Remote {
     came: mpsc::Receiver<Came>,
     clients: BTreeMap<u64, mpsc::Sender<Said>>,
@@ -97,7 +99,7 @@ impl Remote {
                             .attachment()
                             .map_or(vec![], |bytes| bytes.to_bytes().into_owned()),
                     };
-                    // Full: whoever floods the router is not heard.
+                    // If the queue is full, somebody floods the router: drop the message.
                     let _ = messages.try_send(Came::Said(number, said));
                 }
             })
@@ -113,7 +115,7 @@ impl Remote {
                         SampleKind::Put => Came::Here(number),
                         SampleKind::Delete => Came::Gone(number),
                     };
-                    // One that is not heard of ends by its silence.
+                    // A missed event does no harm: the client ends by its silence.
                     let _ = sender.try_send(came);
                 }
             })
@@ -130,13 +132,13 @@ impl Remote {
         })
     }
 
-    /// Serves who comes, for as long as it is polled.
+    /// Serves clients as long as it is polled.
     pub(super) async fn run(&mut self) {
         while let Some(came) = self.came.recv().await {
             self.clients.retain(|_, client| !client.is_closed());
             match came {
                 Came::Here(number) => self.begin(number),
-                // Its task ends by that.
+                // This ends the client's task.
                 Came::Gone(number) => _ = self.clients.remove(&number),
                 Came::Said(number, said) => {
                     if let Some(client) = self.clients.get(&number) {
@@ -147,7 +149,8 @@ impl Remote {
         }
     }
 
-    /// A token that is told once more, whoever declared it, begins nothing anew.
+    /// Begins a conversation, unless there is one for this number: a token that is reported once
+    /// more, whoever declared it, changes nothing.
     fn begin(&mut self, number: u64) {
         if self.clients.contains_key(&number) {
             return;
@@ -184,13 +187,13 @@ struct Client {
     inbox: mpsc::Receiver<Said>,
     publisher: Arc<Publisher<'static>>,
     urgent: Urgent,
-    /// How many are in that may not drive.
+    /// Number of clients that may not drive.
     watchers: Arc<AtomicUsize>,
     sent: u32,
     heard: u32,
 }
 
-/// What a client was let in with.
+/// The state of a client that was let in.
 struct Entered {
     joined: Joined,
     outbox: Arc<Outbox>,
@@ -198,7 +201,7 @@ struct Entered {
     _watches: Option<Watches>,
 }
 
-/// The place of one that may not drive.
+/// The place of a client that may not drive.
 struct Watches(Arc<AtomicUsize>);
 
 impl Watches {
@@ -281,7 +284,7 @@ impl Client {
                         shared.metrics.malformed.add(1);
                         continue;
                     }
-                    // Whoever repeats what was signed once is not heard either.
+                    // Replayed messages are ignored, too, although they are signed.
                     let (header, message) = match self.read(&said) {
                         Ok((header, _)) if header.sequence <= self.heard => continue,
                         Ok(read) => read,
@@ -352,7 +355,8 @@ impl Client {
     }
 }
 
-/// Who has no key may only do what everybody may.
+/// Whether a message is signed if it must be. A client without a key may only do what everybody
+/// may, so it need not sign.
 fn is_signed(key: Option<&MessageKey>, said: &Said) -> bool {
     key.is_none_or(|key| key.has_signed(&said.payload, &said.signature))
 }

@@ -1,8 +1,7 @@
-//! The way to the router: opening a session, and learning that it is lost.
+//! The connection to the router: opening a session, and noticing that it is lost.
 //!
-//! Zenoh's own error says no more than that no endpoint could be connected to. So the way is tried
-//! first by a connection of our own, whose error says why: nobody there, a foreign certificate, or
-//! our own refused.
+//! Zenoh's own error says only that it could connect to no endpoint. So a connection of our own is
+//! tried first, whose error says why: nobody there, an unknown certificate, or our own refused.
 
 use std::fmt;
 use std::path::Path;
@@ -22,19 +21,19 @@ use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 
 use super::{Endpoint, ZenohConfig, ZenohError};
 
-/// A router that takes longer does not answer.
+/// A router that takes longer counts as not answering.
 const LONGEST: Duration = Duration::from_secs(5);
-/// By then a router has refused a certificate, or never will.
+/// Time within which a router refuses a certificate, if it does.
 const REFUSAL: Duration = Duration::from_millis(300);
-/// After so long without a sign of life the router takes the bridge for gone, ms.
+/// Time without a sign of life after which the router considers the bridge gone, ms.
 const LEASE_MILLIS: u64 = 2000;
-/// What the system keeps for the link, bytes: what waits there is older than what waits here, and
-/// cannot be overtaken by what is urgent. Linux takes twice as much.
+/// The system's send buffer for the link, bytes. It is small because data in it is older than what
+/// waits here, and urgent messages cannot overtake it. Linux takes twice as much.
 const SEND_BUFFER: u32 = 16 * 1024;
-/// What Zenoh keeps of readings, bytes: one batch of this length.
+/// Zenoh's buffer for readings, bytes: one batch of this length.
 const BATCH: u16 = 8 * 1024;
 
-/// A router, and how it is connected to.
+/// A router, and how to connect to it.
 pub(super) struct Router {
     endpoint: Endpoint,
     tls: Option<TlsConnector>,
@@ -53,7 +52,7 @@ pub(super) enum OpenError {
 }
 
 impl Router {
-    /// # Errors    [`ZenohError::File`]: a certificate or key that is none.
+    /// # Errors    [`ZenohError::File`]: a file does not hold a certificate or key.
     pub(super) fn new(zenoh: &ZenohConfig) -> Result<Self, ZenohError> {
         let endpoint = zenoh.router.clone();
         let tls = zenoh.ca.as_deref().map(|ca| connector(ca, zenoh));
@@ -115,14 +114,14 @@ async fn refusal(mut stream: impl AsyncRead + Unpin) -> Option<String> {
     }
 }
 
-/// A name for logs.
+/// Shown as a name in logs.
 impl fmt::Debug for Router {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Router({})", self.endpoint)
     }
 }
 
-/// The addresses of the links of a session, for who wants to know where it is.
+/// The addresses of a session's links; none if it has no router.
 pub(super) async fn router_of(session: &Session) -> Option<String> {
     let mut routers = session.info().routers_zid().await;
     routers.next().map(|id| id.to_string())
@@ -136,7 +135,7 @@ fn config(zenoh: &ZenohConfig) -> Config {
         ("mode", json!("client")),
         ("connect/endpoints", json!([zenoh.router.to_string()])),
         ("connect/timeout_ms", json!(LONGEST.as_millis() as u64)),
-        // Caches for who comes late want to know what is older.
+        // The caches for late readers need timestamps to tell which message is older.
         ("timestamping/enabled", json!(true)),
         ("scouting/multicast/enabled", json!(false)),
         ("scouting/gossip/enabled", json!(false)),

@@ -1,7 +1,7 @@
-//! What the hub tells everybody, at the router.
+//! Publishes the hub's messages for everybody at the router.
 //!
-//! In: an outbox of the hub, as a watcher has. Out: each kind of message at a key of its own, on
-//! the lane that it belongs to; the last of each state to who asks; and whoever stops the robot.
+//! In: an outbox of the hub, as a watcher has. Out: each kind of message under its own key, on its
+//! lane; the last of each state in answer to queries; and stops to the hub.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -23,22 +23,22 @@ use crate::hub::outbox::{Next, Outbox};
 use crate::safety::ClientId;
 use crate::shared::Shared;
 
-/// What a stream at the router is called among the clients.
+/// Name of the streams among the hub's clients.
 const NAME: &str = "zenoh";
 
-/// The key of the address of the robot's page.
+/// Key under which the address of the robot's page is found.
 pub(super) const PAGE: &str = "page";
 
 /// The last of each state, by its key.
 type States = Arc<Mutex<BTreeMap<String, Vec<u8>>>>;
 
-/// What is at the router while this is there.
+/// The streams at the router; they end when this is dropped.
 pub(super) struct Streams {
     outbox: Arc<Outbox>,
     urgent: Urgent,
     readings: Readings,
     writer: Writer,
-    /// Answers and listens for as long as it is kept.
+    /// Answer queries and listen for stops as long as they are kept.
     _ways_in: (Queryable<()>, Option<Subscriber<()>>),
     _client: Joined,
 }
@@ -65,7 +65,7 @@ impl Drop for Joined {
     }
 }
 
-/// Why there are no streams, or no longer.
+/// Why there are no streams, or why they ended.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum StreamsError {
     #[error("{0}")]
@@ -149,7 +149,7 @@ impl Streams {
                 }
             })
             .await?;
-        // Where watching needs a token, so does a stop.
+        // If watching needs a token, a stop needs one too, so the open stop key is not served.
         let stop = match shared.about.watching {
             Watching::Anyone => Some(listen_for_stop(session, keys, shared, id).await?),
             Watching::Token => None,
@@ -164,7 +164,7 @@ impl Streams {
         })
     }
 
-    /// Hands on what the hub tells, until it tells no more or the router takes no more.
+    /// Passes the hub's messages on, until there are no more or the router takes no more.
     pub(super) async fn run(&mut self) -> StreamsError {
         loop {
             let Next::Message(message) = self.outbox.next().await else {
@@ -198,7 +198,7 @@ fn as_key(key: &str) -> Option<::zenoh::key_expr::KeyExpr<'_>> {
     ::zenoh::key_expr::KeyExpr::new(key).ok()
 }
 
-/// Whatever is put at the key of stops, whoever put it.
+/// Stops the robot when anything is put at the stop key, whoever puts it.
 async fn listen_for_stop(
     session: &Session,
     keys: &Keys,
@@ -209,7 +209,7 @@ async fn listen_for_stop(
     let stop = move |_| {
         let now = shared.clock.now();
         let stop = FromClient::Message(id, Header::default(), ToBridge::Stop, now);
-        // This is a thread of Zenoh, which must not wait; a stop must not be lost.
+        // This runs on a thread of Zenoh, which must not wait; but a stop must not be lost.
         if let Err(full) = shared.hub.try_send(stop) {
             let (stop, shared) = (full.into_inner(), Arc::clone(&shared));
             runtime.spawn(async move { shared.tell(stop).await });
@@ -267,7 +267,7 @@ impl Writer {
     }
 }
 
-/// Of text, that waits where a link is slow: what waits for it is bounded elsewhere.
+/// A publisher of text that blocks on a slow link: what waits for it is bounded elsewhere.
 pub(super) fn publisher(
     session: &Session,
     key: String,

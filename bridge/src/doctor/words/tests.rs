@@ -1,4 +1,4 @@
-//! Whatever the doctor says can be looked up in the guide by its very words.
+//! Everything that the doctor says can be found in the guide word for word.
 
 use slamlab_core::wire::rp6::{self, Down};
 use slamlab_core::wire::rplidar::request::Request;
@@ -11,7 +11,7 @@ use slamlab_core::device::rplidar::{RplidarFault, warning};
 
 const GUIDE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/GUIDE.md"));
 
-/// Stands in the guide for what the system says, and for what a new device adds to.
+/// Stands in the guide for the system's own words, and for lists that a new device extends.
 const SYSTEM: &str = "…";
 
 /// The rows of the table: what is said, cause, cure.
@@ -43,7 +43,7 @@ fn ports() -> Vec<String> {
             detail: detail(),
         },
     ];
-    // One more variant does not compile here until it stands above, and in the guide.
+    // A new variant does not compile here until it is in the list above, and in the guide.
     for error in &all {
         match error {
             OpenError::NotFound { .. }
@@ -107,7 +107,7 @@ fn lidars() -> Vec<String> {
         Ld06Fault::NotUnderstood { bytes },
         Ld06Fault::DoesNotTurn,
     ];
-    // Which request it was tells a person nothing.
+    // Which request it was means nothing to people.
     let a1 = a1
         .iter()
         .map(|fault| fault.to_string().replace(&format!("{request:?}"), SYSTEM));

@@ -16,8 +16,8 @@ const FLOAT32: u8 = 7;
 /// Bytes of a point: x, y, z.
 const POINT: u32 = 12;
 
-/// `nav_msgs/Odometry`: where the odometry alone puts the robot, with the covariance that has added
-/// up, and its present speed.
+/// `nav_msgs/Odometry`: the pose by odometry alone, with its accumulated covariance, and the
+/// present speed.
 pub(super) fn odometry(moved: &Moved, now: Duration) -> Vec<u8> {
     let (summed, [x, y, turn]) = (&moved.summed, moved.speeds);
     let mut cdr = Cdr::new();
@@ -69,7 +69,7 @@ pub(super) fn scan(body: &ScanBody, now: Duration) -> Vec<u8> {
     cdr.finish()
 }
 
-/// `sensor_msgs/PointCloud2`: what the beams hit, in the sensor's frame, each at its own bearing.
+/// `sensor_msgs/PointCloud2`: the hits in the sensor's frame, each at its own bearing.
 pub(super) fn points(body: &ScanBody, now: Duration) -> Vec<u8> {
     let beams = body.bearings.iter().zip(&body.ranges);
     let hits: Vec<[f32; 3]> = beams
@@ -112,7 +112,8 @@ pub(crate) fn placed(pose: &Pose2) -> [f64; 7] {
     [pose.x(), pose.y(), 0.0, 0.0, 0.0, half.sin(), half.cos()]
 }
 
-/// The covariance of x, y, heading among x, y, z and turns about them, row by row.
+/// The covariance of x, y, heading as a 6 x 6 matrix of x, y, z and the rotations about them, row
+/// by row.
 pub(crate) fn in_space(cov: &Matrix3<f64>) -> [f64; 36] {
     const PLACES: [usize; 3] = [0, 1, 5];
     let mut all = [0.0; 36];
@@ -126,7 +127,7 @@ pub(crate) fn in_space(cov: &Matrix3<f64>) -> [f64; 36] {
     all
 }
 
-/// Quality of each beam, 0 where there is none; empty where the sensor tells none.
+/// Quality of each beam, 0 where it has none; empty if the sensor reports none.
 pub(crate) fn intensities(even: &EvenBeams, qualities: &[u8]) -> Vec<f32> {
     if qualities.is_empty() {
         return Vec::new();

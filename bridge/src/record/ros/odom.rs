@@ -1,4 +1,4 @@
-//! The odometry, added up: where it alone puts the robot, and how fast the robot goes.
+//! The accumulated odometry: the pose by odometry alone, and the robot's speed.
 
 use nalgebra::Matrix3;
 use slamlab_core::geom::{Pose2, PoseEstimate};
@@ -6,22 +6,22 @@ use slamlab_core::robot::{Odometry, Stamp};
 use slamlab_core::wire::CarriedPose;
 use slamlab_core::wire::message::PoseBody;
 
-/// Adds up the odometry, and lays it into the bridge's map where the bridge maps.
+/// Accumulates the odometry, and places it in the bridge's map if the bridge maps.
 #[derive(Debug)]
 pub(crate) struct Odom {
     summed: Odometry,
     carried: CarriedPose,
-    /// A pose was told, and not taken yet.
+    /// A pose was received from the mapper, and not taken yet.
     is_told: bool,
 }
 
-/// What the odometry says after a step.
+/// The odometry after a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moved {
-    /// From the beginning until now, with the covariance that has added up.
+    /// From the beginning until now, with the accumulated covariance.
     pub(crate) summed: Odometry,
-    /// Forward, to the left (m/s) and turning (rad/s), over the last step; 0 of a step that took no
-    /// time.
+    /// Speed forward, to the left (m/s) and turning (rad/s), over the last step; 0 if the step took
+    /// no time.
     pub(crate) speeds: [f64; 3],
     pub(crate) speeds_cov: Matrix3<f64>,
 }
@@ -55,8 +55,8 @@ impl Odom {
         self.is_told = true;
     }
 
-    /// Where the robot is now in the bridge's map, and `odom_from_robot`; once for each pose that
-    /// was told.
+    /// The robot's present pose in the bridge's map, and `odom_from_robot`; once for each pose
+    /// received.
     pub(crate) fn localised(&mut self) -> Option<(PoseEstimate, Pose2)> {
         let now = self.carried.now().filter(|_| self.is_told)?;
         self.is_told = false;

@@ -1,4 +1,4 @@
-//! The file, good and bad: what is wrong is said with its line, and nothing is written over it.
+//! The file, valid and invalid: errors name their line, and an invalid file is never overwritten.
 
 use std::fs;
 
@@ -122,8 +122,7 @@ fn two_commands_at_a_time_lose_nothing() {
 }
 
 proptest! {
-    /// Whatever stands there: rights or an error, and never a panic; and a command that fails
-    /// writes nothing.
+    /// Any text gives rights or an error, never a panic; and a command that fails writes nothing.
     #[test]
     fn any_text_is_rights_or_an_error(
         text in prop_oneof![any::<String>(), "(\\[\\[right\\]\\]|name|role|verifier|made|=|\"|\n|[a-z0-9]){0,60}"],

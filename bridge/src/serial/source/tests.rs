@@ -1,4 +1,4 @@
-//! A device that does as the test says, on a pseudo-terminal.
+//! A scripted device on a pseudo-terminal.
 #![cfg(unix)]
 
 use std::collections::VecDeque;
@@ -15,8 +15,8 @@ use crate::source::{self, Order, Profile, SourceEvent};
 
 const NEVER: Duration = Duration::from_secs(60);
 
-/// It says at each byte that it rests, and at each order that it is busy. Where it hears a byte,
-/// the test has its say.
+/// It reports at each byte that it is idle, and at each order that it is busy. At a byte it lets
+/// the test act.
 struct Scripted {
     heard: Sender<()>,
     go_on: Receiver<()>,
@@ -67,8 +67,8 @@ impl Device for Scripted {
     }
 }
 
-/// An errand was told to be over in the moment in which it was given, once: what was said before it
-/// got its number.
+/// Regression: a task was reported as over at the moment when it was given, because an earlier
+/// report got its number.
 #[test]
 fn what_was_said_before_an_order_does_not_count_after_it() {
     let (mut robot, port) = TTYPort::pair().unwrap();
@@ -90,12 +90,11 @@ fn what_was_said_before_an_order_does_not_count_after_it() {
         robot.write_all(&[0]).unwrap();
         std::thread::sleep(Duration::from_millis(10));
     }
-    // The order comes in the same turn as the byte.
+    // The order arrives in the same turn as the byte.
     let number = 1;
     running.order(number, Order::Command(Command::Scan));
     for _ in 0..1000 {
-        // Bytes that came meanwhile are heard in a turn of their own; their answers wait for
-        // nobody.
+        // More bytes may have come meanwhile: let the device answer each without waiting.
         goes_on.send(()).unwrap();
     }
     let mut said = Vec::new();

@@ -1,4 +1,4 @@
-//! Recordings with times that cannot be.
+//! Recordings with impossible times.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,7 +14,7 @@ use slamlab_core::wire::recording::{CHANNEL, ENCODING};
 use super::*;
 use crate::source::scans_on_command;
 
-/// A recording that says these things at these times, s.
+/// A recording of these messages at these times, s.
 fn record(said: &[(u64, FromBridge)]) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
@@ -47,7 +47,7 @@ fn battery() -> FromBridge {
     })
 }
 
-/// A flipped bit in a time once made the bridge wait for centuries.
+/// Regression: a flipped bit in a time made the bridge wait for centuries.
 #[test]
 fn no_pause_is_longer_than_a_minute_and_no_time_runs_backwards() {
     let times = [100, 101, 9_000_000_000, 102, 104, 50, 53];
@@ -57,7 +57,7 @@ fn no_pause_is_longer_than_a_minute_and_no_time_runs_backwards() {
     assert_eq!(pauses, [0, 1, 60, 0, 2, 0, 3]);
 }
 
-/// What is between two events counts as well, though it is no event.
+/// Messages between two events count for the pause, although they are no events.
 #[test]
 fn pauses_before_what_is_no_event_add_up() {
     let clients = FromBridge::Devices(vec![]);

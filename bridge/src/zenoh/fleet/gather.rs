@@ -13,7 +13,7 @@ use super::Fleet;
 use crate::clock::Clock;
 use crate::rights::Name;
 
-/// What is listened to, of each robot: little, and all that the page shows.
+/// The streams of each robot that are listened to: few, but all that the page shows.
 const STREAMS: [&str; 6] = [
     "safety",
     "alerts",
@@ -22,7 +22,7 @@ const STREAMS: [&str; 6] = [
     "pose",
     "mapping",
 ];
-/// What a robot says on change only, and is asked for when it comes.
+/// States, which a robot sends only on change, and which are queried when it appears.
 const STATES: [&str; 5] = [
     "safety",
     "battery",
@@ -33,7 +33,7 @@ const STATES: [&str; 5] = [
 /// How long a robot may take to answer.
 const ANSWER: Duration = Duration::from_secs(2);
 
-/// The fleet is gathered until this is dropped.
+/// The fleet's messages are gathered until this is dropped.
 pub(in super::super) struct Gathering {
     fleet: Arc<Fleet>,
     _listening: Vec<Subscriber<()>>,
@@ -84,7 +84,7 @@ async fn watch_tokens(
         match token.kind() {
             SampleKind::Put => {
                 fleet.with_table(|table| table.came(name, session, clock.now()));
-                // This is a thread of Zenoh, which must not wait.
+                // This runs on a thread of Zenoh, which must not wait.
                 runtime.spawn(ask(
                     asking.clone(),
                     Arc::clone(&fleet),
@@ -99,7 +99,7 @@ async fn watch_tokens(
     tokens.history(true).callback(told).await
 }
 
-/// Asks a robot that has come for what it says on change only.
+/// Queries a new robot for the states that it sends only on change.
 async fn ask(session: Session, fleet: Arc<Fleet>, clock: Clock, name: String) {
     for state in STATES {
         let answers = session
@@ -118,7 +118,7 @@ async fn ask(session: Session, fleet: Arc<Fleet>, clock: Clock, name: String) {
     }
 }
 
-/// The robot whose key this is; none of a name that no bridge takes.
+/// The robot whose key this is; none if no bridge accepts the name.
 fn robot_of(key: &str) -> Option<&str> {
     let name = key.strip_prefix("slamlab/")?.split('/').next()?;
     name.parse::<Name>().ok().map(|_| name)
@@ -135,7 +135,7 @@ fn hear(fleet: &Fleet, sample: &Sample, clock: Clock) {
         }
         return;
     }
-    // Of a bridge of another version, or of no bridge at all: nothing that can be shown.
+    // From a bridge of another version, or not from a bridge: nothing that can be shown.
     match decode::<FromBridge>(&bytes, Format::Json) {
         Ok((_, message)) => fleet.with_table(|table| table.heard(name, &message, clock.now())),
         Err(error) => tracing::debug!("zenoh: {key}: {error}"),

@@ -1,4 +1,4 @@
-//! The fleet over HTTP: what changed, the map of a robot, and the way to stop.
+//! The fleet over HTTP: changes, the map of a robot, and stopping.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -26,7 +26,7 @@ pub(crate) fn routes() -> Router<Arc<Shared>> {
         .route("/fleet/stop/{name}", post(stop))
 }
 
-/// Why something is not told or done.
+/// Why a request is refused.
 enum Refusal {
     Private,
     Router,
@@ -57,7 +57,7 @@ impl IntoResponse for Refusal {
     }
 }
 
-/// What stands behind `?`.
+/// The query of the request.
 #[derive(serde::Deserialize)]
 struct Since {
     #[serde(default)]
@@ -83,7 +83,7 @@ async fn changes(
     Ok(Json(told).into_response())
 }
 
-/// The map as the robot told it last.
+/// The robot's last map.
 async fn map(
     State(shared): State<Arc<Shared>>,
     Path(name): Path<Name>,
@@ -120,7 +120,7 @@ async fn stop(
     Ok((StatusCode::ACCEPTED, Json(1)).into_response())
 }
 
-/// Before all else, and never left out for want of room.
+/// Sends a stop, before all other messages, and never dropped when queues are full.
 async fn put_stop(shared: &Shared, name: &str) -> Result<(), Refusal> {
     let session = fleet(shared)?.router().ok_or(Refusal::Router)?;
     let stop = session

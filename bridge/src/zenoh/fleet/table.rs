@@ -1,4 +1,4 @@
-//! One slot a robot: the last of what it said.
+//! One slot per robot, with its last messages.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -8,7 +8,7 @@ use slamlab_core::wire::message::{
     DisarmReason, FromBridge, Notice, PoseState, SafetyBody, Severity,
 };
 
-/// Robots that are kept. What is more is counted, and said.
+/// Most robots that are kept. Others are only counted, and the count is reported.
 const MOST: usize = 4096;
 
 /// All robots, by name.
@@ -19,19 +19,19 @@ pub(super) struct Table {
     left_out: u64,
 }
 
-/// What a robot said last. Times are µs of this bridge's clock, when it was heard.
+/// The last state of a robot. Times are those of reception, µs of this bridge's clock.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(super) struct Robot {
     name: String,
-    /// Whether it is at the router.
+    /// Whether it is connected to the router.
     here: bool,
-    /// Anything at all.
+    /// When anything was last received.
     heard: u64,
     /// x, y (m), heading (rad), in the map of this robot.
     pose: Option<[f64; 3]>,
     pose_state: Option<PoseState>,
     pose_heard: u64,
-    /// Name of the file that its map is kept in; empty for none, null where it does not map.
+    /// Name of its map's file; empty for none, null if it does not map.
     map_file: Option<String>,
     volts: Option<f32>,
     safety: Option<Safety>,
@@ -43,12 +43,12 @@ pub(super) struct Robot {
     /// Revision of its last change.
     #[serde(skip)]
     changed: u64,
-    /// Revision of the last change of more than [`Moved`] tells.
+    /// Revision of the last change of more than what is in [`Moved`].
     #[serde(skip)]
     altered: u64,
 }
 
-/// What changes all the time of a robot that drives: a fifth of the bytes of the whole slot.
+/// What changes all the time while a robot drives: a fifth of the bytes of the whole slot.
 #[derive(Debug, PartialEq, Serialize)]
 pub(super) struct Moved {
     name: String,
@@ -72,23 +72,23 @@ struct Alert {
     heard: u64,
 }
 
-/// What changed.
+/// The changes since a revision.
 #[derive(Debug, Serialize)]
 pub(super) struct Changes {
-    /// What to ask from next time.
+    /// The revision from which to ask next time.
     pub(super) revision: u64,
-    /// µs of this bridge's clock, now.
+    /// The present time, µs of this bridge's clock.
     pub(super) now: u64,
-    /// Robots that there is no room for.
+    /// Number of robots for which there is no room.
     pub(super) left_out: u64,
-    /// Whoever is new, or changed in more than where it is.
+    /// Robots that are new, or changed in more than what is in [`Moved`].
     pub(super) robots: Vec<Robot>,
-    /// Whoever said something since, and changed in nothing else.
+    /// Robots that sent something, but changed in nothing else.
     pub(super) moved: Vec<Moved>,
 }
 
 impl Table {
-    /// A robot's token came: `session` is at the router under this name.
+    /// A robot's token appeared: `session` is at the router under this name.
     pub(super) fn came(&mut self, name: &str, session: &str, now: Duration) {
         if !self.robots.contains_key(name) && self.robots.len() >= MOST && !self.forget_one() {
             self.left_out += 1;
@@ -105,7 +105,7 @@ impl Table {
         (robot.changed, robot.altered) = (self.revision, self.revision);
     }
 
-    /// A robot's token went.
+    /// A robot's token disappeared.
     pub(super) fn went(&mut self, name: &str, session: &str) {
         self.change(name, |robot| {
             robot.sessions.retain(|known| known != session);
@@ -113,7 +113,7 @@ impl Table {
         });
     }
 
-    /// The router is gone, and with it the way to all.
+    /// The router is gone, and with it the connection to all robots.
     pub(super) fn all_went(&mut self) {
         self.revision += 1;
         for robot in self.robots.values_mut() {
@@ -123,7 +123,7 @@ impl Table {
         }
     }
 
-    /// A robot said something; of who has no token, nothing is heard.
+    /// A robot sent a message; robots without a token are ignored.
     pub(super) fn heard(&mut self, name: &str, message: &FromBridge, now: Duration) {
         let now = micros(now);
         self.change(name, |robot| {
@@ -156,7 +156,7 @@ impl Table {
         }
     }
 
-    /// Changes a robot that is known, so that who asks next is told.
+    /// Changes a known robot, so that the next request gets the change.
     fn change(&mut self, name: &str, change: impl FnOnce(&mut Robot)) {
         if let Some(robot) = self.robots.get_mut(name) {
             let before = robot.clone();
@@ -179,8 +179,8 @@ impl Table {
         self.robots.values().filter(|robot| robot.here).count()
     }
 
-    /// All that changed after `since`; whoever asks from a revision that never was, as after a
-    /// restart of the bridge, gets everything.
+    /// All changes after `since`; a request with a revision that never was, as after a restart of
+    /// the bridge, gets everything.
     pub(super) fn since(&self, since: u64, now: Duration) -> Changes {
         let since = if since > self.revision { 0 } else { since };
         let changed = self.robots.values().filter(|robot| robot.changed > since);
@@ -195,7 +195,7 @@ impl Table {
         }
     }
 
-    /// Makes room: the robot that has been away longest goes.
+    /// Makes room by forgetting the robot that has been away longest.
     fn forget_one(&mut self) -> bool {
         let away = self.robots.values().filter(|robot| !robot.here);
         let oldest = away.min_by_key(|robot| robot.heard);
@@ -216,7 +216,7 @@ impl Robot {
         }
     }
 
-    /// Whether [`Moved`] tells all that it has not in common with what it was.
+    /// Whether all differences from `before` are in [`Moved`].
     fn differs_by_motion_alone(&self, before: Self) -> bool {
         *self
             == Self {
@@ -229,7 +229,7 @@ impl Robot {
     }
 }
 
-/// To 0.1 mm and 0.1 mrad: nobody sees more, and a number has 6 digits instead of 17.
+/// Rounds to 0.1 mm and 0.1 mrad: nobody sees more, and a number has 6 digits instead of 17.
 fn rounded(number: f64) -> f64 {
     (number * 1e4).round() / 1e4
 }
@@ -282,7 +282,7 @@ mod tests {
         let seen: Vec<_> = next.robots.iter().map(|r| (&*r.name, r.volts)).collect();
         assert_eq!(seen, [("b", Some(99.0))]);
         assert!(table.since(next.revision, at(4)).robots.is_empty());
-        // The bridge was started again: its revisions begin anew.
+        // The bridge was restarted: its revisions begin anew.
         assert_eq!(table.since(next.revision + 9, at(4)).robots.len(), 2);
     }
 
@@ -314,11 +314,12 @@ mod tests {
             pose_heard: 2000,
         };
         assert_eq!(next(&table), (0, vec![moved]));
-        // The same voltage once more is a sign of life, and no more.
+        // The same voltage once more is only a sign of life.
         table.heard("a", &battery(7.0), at(3));
         let (altered, moved) = next(&table);
         assert_eq!((altered, moved[0].heard), (0, 3000));
-        // It moved, too, but lost itself meanwhile: for the page that asked before all of it.
+        // The robot moved, but also got lost meanwhile: a page that asked before that gets the
+        // whole slot.
         table.heard("a", &pose(4.0, PoseState::Lost), at(4));
         table.heard("a", &pose(5.0, PoseState::Lost), at(5));
         assert_eq!(next(&table), (1, vec![]));

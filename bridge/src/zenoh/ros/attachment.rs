@@ -1,7 +1,8 @@
-//! What `rmw_zenoh` attaches to each message: number, time, and which endpoint it is from.
+//! What `rmw_zenoh` attaches to each message: number, time, and the endpoint that sent it.
 //!
 //! # Source    github.com/ros2/rmw_zenoh, attachment_helpers.cpp (Jazzy to Rolling), and Zenoh's
-//! serialisation format: numbers little-endian, then the length of the last part and that.
+//! serialisation format: numbers little-endian, then the length of the last part and the part
+//! itself.
 
 use std::time::Duration;
 
@@ -14,7 +15,7 @@ const BYTES: usize = 8 + 8 + 1 + GID_BYTES;
 pub(super) struct Attachment {
     /// Counts the messages of the endpoint.
     pub(super) sequence: i64,
-    /// When it was sent, ns since 1970 by the clock of who sent it.
+    /// When it was sent, ns since 1970 by the sender's clock.
     pub(super) nanos: i64,
     pub(super) gid: Gid,
 }
@@ -38,7 +39,7 @@ impl Attachment {
         bytes
     }
 
-    /// None of what is none.
+    /// Reads an attachment; none if the bytes are not one.
     pub(super) fn read(bytes: &[u8]) -> Option<Self> {
         let (sequence, rest) = bytes.split_first_chunk()?;
         let (nanos, rest) = rest.split_first_chunk()?;

@@ -1,4 +1,4 @@
-//! Velocities and services from tools of ROS, as messages of one client of the hub.
+//! Velocities and services from ROS tools, as messages of one client of the hub.
 
 use std::future::pending;
 use std::sync::Arc;
@@ -29,15 +29,15 @@ use crate::shared::Shared;
 use crate::zenoh::lane::say_failed;
 use crate::zenoh::streams::Joined;
 
-/// What it is called among the clients.
+/// Its name among the clients.
 const NAME: &str = "ros";
 /// How old a velocity may be.
 const TTL_MILLIS: u16 = 400;
-/// Calls that wait.
+/// Most service calls that may wait.
 const MOST_CALLS: usize = 16;
-/// Before it comes in again, where it was shown out.
+/// Pause before it joins again after it was disconnected.
 const AGAIN: Duration = Duration::from_secs(1);
-/// Of everything that it takes: the newest.
+/// Only the newest of everything that it receives.
 const QOS: Qos = Qos {
     depth: 1,
     is_kept: false,
@@ -54,7 +54,7 @@ enum Service {
 }
 
 impl Service {
-    /// Of these all but the last two need a right.
+    /// All services; all but the last two need a right.
     const ALL: [(Self, &'static str); 5] = [
         (Self::Arm, "/slamlab/arm"),
         (Self::Release, "/slamlab/release"),
@@ -70,7 +70,7 @@ impl Service {
 
 type Said = Option<(Attachment, Command)>;
 
-/// What tools of ROS may do to the robot.
+/// What ROS tools may do to the robot.
 pub(in crate::zenoh) struct Driver {
     shared: Arc<Shared>,
     right: Option<Name>,
@@ -117,7 +117,7 @@ impl Driver {
             let endpoint = names.endpoint(Kind::Service, name, TRIGGER, QOS);
             let (calling, runtime) = (calling.clone(), Handle::current());
             let listen = move |query: Query| {
-                // This is a thread of Zenoh, which must not wait; a stop must not be lost.
+                // This runs on a thread of Zenoh, which must not wait; but a stop must not be lost.
                 if let Err(full) = calling.try_send((service, query))
                     && service.stops()
                 {
@@ -142,14 +142,14 @@ impl Driver {
         })
     }
 
-    /// Does what is asked, for as long as it is polled; with the right as long as there is one.
+    /// Serves requests as long as it is polled; with its right as long as that exists.
     pub(in crate::zenoh) async fn run(&mut self) {
         loop {
             let granted = self.granted();
             let peer = Peer::Router(None);
             let joined = self.shared.let_in(peer, NAME.to_owned(), granted).await;
             let Ok((id, outbox)) = joined else {
-                // The bridge ends, and this with it.
+                // The bridge is ending.
                 return pending().await;
             };
             let client = Joined::new(id, Arc::clone(&self.shared));
@@ -161,13 +161,13 @@ impl Driver {
         }
     }
 
-    /// The right by which it drives, where there still is one.
+    /// The right by which it drives, if it still exists.
     fn granted(&self) -> Option<Granted> {
         let rights = Arc::clone(&self.shared.rights.borrow());
         self.right.as_ref().and_then(|right| rights.named(right))
     }
 
-    /// Until the hub shows it out; with which code.
+    /// Serves requests until the hub ends the connection; returns the code.
     async fn obey(&mut self, id: ClientId, outbox: &Outbox) -> u16 {
         (self.epoch, self.sequence) = (0, 0);
         let mut rights = self.shared.rights.clone();
@@ -183,7 +183,7 @@ impl Driver {
                     return code;
                 },
                 Ok(()) = rights.changed() => if self.granted() != had {
-                    // It comes in again by the one that there is now.
+                    // It joins again with the present right.
                     return 0;
                 },
                 Ok(()) = self.velocities.changed() => {
@@ -208,7 +208,7 @@ impl Driver {
             ttl_millis,
             motion,
         });
-        // Who publishes a velocity is told nothing: `/slamlab/arm` says what is wrong.
+        // A publisher of velocities gets no answer: `/slamlab/arm` says what is wrong.
         let _ = self.ask(id, drive).await;
     }
 
@@ -246,7 +246,7 @@ impl Driver {
         self.ask(id, ToBridge::Take { force: false }).await?
     }
 
-    /// What comes of a message; the outer error where the bridge ends.
+    /// Sends a message to the hub and returns the result; the outer error if the bridge is ending.
     async fn ask(
         &mut self,
         id: ClientId,
@@ -273,7 +273,7 @@ impl Driver {
     }
 }
 
-/// A `Trigger`'s response: whether it was done, and else why not.
+/// A `Trigger`'s response: whether it was done, and if not, why.
 fn answer(query: &Query, outcome: Result<(), RefusalReason>) {
     let said = outcome
         .err()
@@ -283,7 +283,7 @@ fn answer(query: &Query, outcome: Result<(), RefusalReason>) {
         .text(&said)
         .finish();
     let mut reply = query.reply(query.key_expr().clone(), payload);
-    // The client knows its call by what it attached to it.
+    // The client recognises its call by its own attachment.
     if let Some(attachment) = query.attachment() {
         reply = reply.attachment(attachment.clone());
     }

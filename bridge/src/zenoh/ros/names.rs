@@ -1,4 +1,4 @@
-//! The names by which `rmw_zenoh` finds a node and what it offers.
+//! The names by which `rmw_zenoh` finds a node and its endpoints.
 //!
 //! | what | key |
 //! |---|---|
@@ -18,9 +18,9 @@ use twox_hash::XxHash3_128;
 use crate::record::ros::Topic;
 use crate::zenoh::RosConfig;
 
-/// Length of what tells an endpoint from all others.
+/// Length of an endpoint's unique id.
 pub(super) const GID_BYTES: usize = 16;
-/// Something that an endpoint is called by, in the graph and in its messages.
+/// The unique id of an endpoint, in the graph and in its messages.
 pub(super) type Gid = [u8; GID_BYTES];
 
 /// A type of ROS, and its hash.
@@ -46,7 +46,7 @@ pub(super) const TWIST_STAMPED: Type = Type {
     hash: "5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
 };
 
-/// That of what is published.
+/// The type of a published topic.
 pub(super) fn type_of(topic: Topic) -> Type {
     let hash = match topic {
         Topic::Scan => "64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828",
@@ -62,7 +62,7 @@ pub(super) fn type_of(topic: Topic) -> Type {
 }
 
 impl Type {
-    /// As keys have it.
+    /// The type as written in keys.
     fn in_key(self) -> String {
         let (before, last) = self.name.rsplit_once('/').unwrap_or(("", self.name));
         let before = before.replace('/', "::");
@@ -78,17 +78,18 @@ pub(super) enum Kind {
     Service,
 }
 
-/// What an endpoint promises: reliable always, for a reader that wants less takes that too.
+/// The quality of service of an endpoint: always reliable, because a reader that needs less accepts
+/// that too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Qos {
     pub(super) depth: u32,
-    /// Transient local: who comes later gets the last.
+    /// Transient local: a later reader gets the last message.
     pub(super) is_kept: bool,
 }
 
 impl Qos {
-    /// Reliability, durability, history, deadline, lifespan, liveliness; empty is the default, and
-    /// that is reliable, volatile, the last 42.
+    /// Reliability, durability, history, deadline, lifespan, liveliness; empty is the default,
+    /// which is reliable, volatile, the last 42.
     fn in_token(self) -> String {
         let durability = if self.is_kept { "1" } else { "" };
         format!(":{durability}:,{}:,:,:,,", self.depth)
@@ -100,13 +101,13 @@ impl Qos {
 pub(super) struct Names {
     domain: u8,
     session: String,
-    /// Begins with `/`, and has none at its end; empty for none.
+    /// Begins with `/`, does not end in `/`; empty for none.
     namespace: String,
     node: String,
     endpoints: u32,
 }
 
-/// An endpoint: where it is, how it is found, what it is called.
+/// An endpoint: its key, its liveliness token, its unique id.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Endpoint {
     pub(super) key: String,
@@ -115,7 +116,7 @@ pub(super) struct Endpoint {
 }
 
 impl Names {
-    /// Of the robot of this name. What no name of ROS may have becomes `_`.
+    /// The names of this robot's node. Characters that ROS does not allow become `_`.
     pub(super) fn new(config: &RosConfig, session: String, robot: &str) -> Self {
         let fit = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
         let robot: String = robot.chars().map(fit).collect();

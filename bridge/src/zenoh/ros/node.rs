@@ -1,4 +1,4 @@
-//! What a node of ROS 2 publishes.
+//! The publishers of a node of ROS 2.
 
 use std::collections::BTreeMap;
 
@@ -15,17 +15,17 @@ use crate::clock::Clock;
 use crate::record::ros::{self, Odom, Topic};
 use crate::zenoh::lane::say_failed;
 
-/// Where a sensor sits does not change with each scan: that goes to who comes later, too.
+/// The sensor's mount does not change with each scan, so it is kept for later readers.
 const STATIC: &str = "/tf_static";
-/// How many transforms a reader may lag behind, as `tf2` has it.
+/// How many transforms a reader may lag behind, as in `tf2`.
 const TRANSFORMS: u32 = 100;
 
-/// The publishers of a node; they go with it.
+/// A node's publishers, which end with it.
 pub(in crate::zenoh) struct Node {
     publishers: BTreeMap<&'static str, Publisher>,
     clock: Clock,
     odom: Odom,
-    /// Where the sensor was last said to sit.
+    /// The last published mount of the sensor.
     mount: Option<[f64; 3]>,
     _tokens: Vec<LivelinessToken>,
 }
@@ -46,7 +46,7 @@ impl Node {
         let mut tokens = vec![session.liveliness().declare_token(names.token()).wait()?];
         let mut publishers = BTreeMap::new();
         let topics = Topic::ALL.iter().filter(|topic| match topic {
-            // That one it takes.
+            // The node subscribes to this topic.
             Topic::Velocity => false,
             Topic::Pose | Topic::Map => maps,
             _ => true,
@@ -93,7 +93,7 @@ impl Node {
         })
     }
 
-    /// Publishes what a message holds for tools of ROS.
+    /// Publishes what a message holds for ROS tools.
     pub(in crate::zenoh) fn publish(&mut self, message: &FromBridge) {
         let now = self.clock.time_of_day(self.clock.now());
         let mount = match message {
@@ -102,7 +102,7 @@ impl Node {
         };
         for (topic, payload) in ros::messages_of(&mut self.odom, message, now) {
             let name = match (topic, mount) {
-                // Of a scan, that is where its sensor sits.
+                // The transform of a scan is its sensor's mount.
                 (Topic::Transforms, Some(_)) if self.mount == mount => continue,
                 (Topic::Transforms, Some(_)) => {
                     self.mount = mount;

@@ -9,13 +9,13 @@ use slamlab_core::wire::ClockMap;
 use super::attachment::Attachment;
 use super::names::Gid;
 
-/// Publishers of velocities that are told apart.
+/// Most publishers of velocities that are told apart.
 const MOST: usize = 8;
 
-/// The speeds of a `geometry_msgs/Twist`, behind a header where it is stamped; none of what is
-/// none. What a robot on a plane cannot do is left out.
+/// Reads the speeds of a `geometry_msgs/Twist`, after a header if it is stamped; none if the bytes
+/// are not one. Components that a robot on a plane cannot follow are left out.
 pub(super) fn velocity(cdr: &[u8], is_stamped: bool) -> Option<Command> {
-    // Encapsulation: CDR, little-endian. Alignment counts from behind it.
+    // Encapsulation: CDR, little-endian. Alignment counts from its end.
     let body = cdr.strip_prefix(&[0, 1])?.get(2..)?;
     let at = match is_stamped {
         false => 0,
@@ -41,11 +41,11 @@ pub(super) fn velocity(cdr: &[u8], is_stamped: bool) -> Option<Command> {
     (forward.is_finite() && turn.is_finite()).then_some(Command::Velocity { forward, turn })
 }
 
-/// When messages were said, by the bridge's clock.
+/// When messages were sent, by the bridge's clock.
 ///
-/// Clocks are not compared: of each publisher the least delay so far counts as none, and what came
-/// later than that is so much older ([`ClockMap`]). A publisher that was late from the first
-/// message on is not found out that way; its silence is.
+/// Clocks are not compared. For each publisher the least delay so far counts as zero, and a message
+/// that took longer is older by the difference ([`ClockMap`]). This cannot detect a publisher that
+/// was late from its first message on; but its silence is detected.
 #[derive(Debug, Default)]
 pub(super) struct Ages(BTreeMap<Gid, Publisher>);
 
@@ -58,8 +58,8 @@ struct Publisher {
 }
 
 impl Ages {
-    /// When it was said, µs of the bridge's clock; none of what was said before, or of what says
-    /// that it comes from before that.
+    /// When a message was sent, µs of the bridge's clock; none if its number repeats or is older
+    /// than an earlier one, or its time is older.
     pub(super) fn said(&mut self, of: Attachment, now: Duration) -> Option<u64> {
         let said = Stamp(u64::try_from(of.nanos).ok()? / 1000);
         let came = Stamp(now.as_micros() as u64);
@@ -106,7 +106,7 @@ mod tests {
             turn: -0.5,
         });
         assert_eq!(velocity(&twist(&[]), false), expect);
-        // 8 of time, 4 of length, `ab` and a zero, one of padding.
+        // 8 bytes of time, 4 of length, `ab` and a zero, one of padding.
         let head = [1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, b'a', b'b', 0, 0];
         assert_eq!(velocity(&twist(&head), true), expect);
     }
