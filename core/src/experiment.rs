@@ -1,10 +1,5 @@
-<<<<<<< HEAD
 //! A simulated robot as the source of a [`Session`], in one deterministic loop; and what only a
 //! simulation knows: the truth, and so the errors.
-=======
-//! A simulated robot as the source of a [`Session`], in one deterministic loop, with what only a
-//! simulation knows: the truth, and so the size of the errors.
->>>>>>> c2
 //!
 //! ```text
 //!   Simulation ── odometry, scans ──> Session ── command ──> Simulation
@@ -47,7 +42,6 @@ pub use link::{Link, LinkError, Place};
 
 /// Simulated time of one step, s: how often the pilot decides.
 pub const CONTROL_PERIOD: f64 = 0.05;
-<<<<<<< HEAD
 /// Most control periods for one stage of the cycle, or for scans of a standing robot: ten minutes.
 const MOST_PERIODS: usize = 12_000;
 /// Most readings that are kept for a log: 40 MB, three quarters of an hour of a lidar with 360
@@ -59,20 +53,6 @@ const READINGS: u32 = 5;
 
 /// Side of the cells among which a place for a kidnapped robot is drawn, m; and how often to try,
 /// if people stand in the way.
-=======
-/// Limit of control periods for one stage of the cycle, and for the scans of a standing robot: ten
-/// minutes.
-const MOST_PERIODS: usize = 12_000;
-/// Most readings kept for a log: 40 MB, three quarters of an hour of a lidar with 360 beams at 10
-/// Hz.
-const MOST_LOGGED: usize = 10_000_000;
-/// Odometry readings in one step. They de-skew the scans of a turning sensor, so they come faster
-/// than decisions.
-const READINGS: u32 = 5;
-
-/// Size of the cells from which a place for a kidnapped robot is drawn, m; and how often one is
-/// drawn while people stand in the way.
->>>>>>> c2
 const KIDNAP_CELL: f64 = 0.1;
 const KIDNAP_TRIES: usize = 100;
 
@@ -80,11 +60,7 @@ const KIDNAP_TRIES: usize = 100;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExperimentError {
-<<<<<<< HEAD
     /// The world, or the robot in it, cannot be used.
-=======
-    /// The world, or the robot in it, is refused.
->>>>>>> c2
     #[error(transparent)]
     Sim(#[from] SimError),
     /// A setting of the estimation is out of range.
@@ -95,30 +71,18 @@ pub enum ExperimentError {
 /// A simulated robot that maps, localises itself, plans and drives.
 #[derive(Debug)]
 pub struct Experiment {
-<<<<<<< HEAD
     /// Its initial configuration.
-=======
-    /// The configuration with which it began.
->>>>>>> c2
     start: ExperimentConfig,
     sim: Simulation,
     session: Session,
     map_from_world: Pose2,
     record: Record,
     refinding: Refinding,
-<<<<<<< HEAD
     /// Whether the pilot has already decided on the next period.
-=======
-    /// Whether the pilot has decided on the next period already.
->>>>>>> c2
     has_decided: bool,
-    /// Scans with the odometry at which they were taken, up to [`MOST_LOGGED`] readings.
+    /// Scans with the odometry at which they were taken, as long as there is room.
     log: CarmenLog,
-<<<<<<< HEAD
     /// A random stream of its own: a kidnapping must not change the noise of the sensors.
-=======
-    /// A random generator of its own: a kidnapping must not change the noise of the sensors.
->>>>>>> c2
     kidnapper: ChaCha8Rng,
     actions: Actions,
 }
@@ -126,11 +90,7 @@ pub struct Experiment {
 impl Experiment {
     /// Puts the robot at the start of its world, which becomes the origin of the map frame.
     ///
-<<<<<<< HEAD
     /// # Errors    [`ExperimentError`], naming what cannot be used.
-=======
-    /// # Errors    [`ExperimentError`] naming what is refused.
->>>>>>> c2
     pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
         let start = config.clone();
         let map_from_world = config.world.start.inverse();
@@ -149,13 +109,8 @@ impl Experiment {
             scans_on_command: sim.scans_on_command(),
             is_driven: true,
             method: config.method,
-<<<<<<< HEAD
             // The pilot draws from its own stream: what it decides must not change the noise of the
             // sensors.
-=======
-            // The pilot has a random generator of its own: what it decides must not change the
-            // noise of the sensors.
->>>>>>> c2
             seed: config.seed ^ 0x9E37_79B9_7F4A_7C15,
             slam,
             pilot: config.pilot,
@@ -176,13 +131,8 @@ impl Experiment {
         })
     }
 
-<<<<<<< HEAD
     /// One control period: the pilot decides, the robot moves, odometry and scans are processed.
     /// Returns whether there was a scan.
-=======
-    /// One control period: the pilot decides, the robot moves, odometry and scans are taken in.
-    /// Returns whether a scan was taken in.
->>>>>>> c2
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
     /// produce one.
@@ -191,13 +141,8 @@ impl Experiment {
         self.advance()
     }
 
-<<<<<<< HEAD
     /// The first half of a step: the pilot looks at the map and commands the robot. Does nothing if
     /// it has already decided, as it may have after [`Self::next_stage`].
-=======
-    /// The first half of a step: the pilot looks at the map and tells the robot what to do. Does
-    /// nothing if it has decided already, which can be so after [`Self::next_stage`].
->>>>>>> c2
     pub fn decide(&mut self) {
         self.session.show_all_stages();
         self.steer();
@@ -214,13 +159,8 @@ impl Experiment {
         }
     }
 
-<<<<<<< HEAD
     /// The second half of a step: the robot moves, odometry and scans are processed. Returns
     /// whether there was a scan.
-=======
-    /// The second half of a step: the robot moves, odometry and scans are taken in. Returns whether
-    /// a scan was taken in.
->>>>>>> c2
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
     /// produce one.
@@ -240,13 +180,8 @@ impl Experiment {
         Ok(has_scanned)
     }
 
-<<<<<<< HEAD
     /// One reading of the odometry, and what the sensors measured meanwhile. Returns whether that
     /// included a scan.
-=======
-    /// One reading of the odometry, and what the sensors measured meanwhile. Returns whether they
-    /// gave a scan.
->>>>>>> c2
     fn read(&mut self) -> Result<bool, SlamError> {
         self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));
         self.session.odometry(&self.sim.odometry())?;
@@ -279,13 +214,8 @@ impl Experiment {
     }
 
     /// Goes on to the next stage of the cycle that was not shown yet, and returns it; `None` if the
-<<<<<<< HEAD
     /// task is over or there is none. It steps through the record of the stages. The run itself
     /// only goes on, to the next decision, once that record is used up, so its bits are those of
-=======
-    /// errand is over or there is none. It steps through the record of the stages; only when that
-    /// is used up does the run itself go on to the next decision, so its bits are those of
->>>>>>> c2
     /// [`Self::step`].
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
@@ -306,11 +236,7 @@ impl Experiment {
         Ok(None)
     }
 
-<<<<<<< HEAD
     /// Applies other settings from here on; see [`Session::reconfigure`].
-=======
-    /// Uses other settings from here on; see [`Session::reconfigure`].
->>>>>>> c2
     ///
     /// # Errors    [`SlamError`] naming the first setting out of range; the old ones then stay.
     pub fn reconfigure(&mut self, settings: &Settings) -> Result<(), SlamError> {
@@ -320,11 +246,7 @@ impl Experiment {
         Ok(())
     }
 
-<<<<<<< HEAD
     /// `count` scans of a robot just like this one, at the same place, for
-=======
-    /// `count` scans of a copy of this robot, standing where it stands, for
->>>>>>> c2
     /// [`crate::points::estimate_sigma`]; fewer if they would take more than ten minutes. The run
     /// itself is not affected.
     #[must_use]
@@ -339,11 +261,7 @@ impl Experiment {
             }
             sim.advance(CONTROL_PERIOD);
             let came = sim.take_scan();
-<<<<<<< HEAD
             // Scans from before it stood, and from the sweep in which it came to a stop, do not
-=======
-            // Scans taken before it stood, and during the sweep in which it came to stand, do not
->>>>>>> c2
             // count.
             if stands {
                 scans.extend(came);
@@ -384,27 +302,16 @@ impl Experiment {
         self.session.draw_dead_reckoned();
     }
 
-<<<<<<< HEAD
     /// Runs a twin with this calibration beside the robot from here on, or no twin.
-=======
-    /// Runs a twin with this calibration beside the robot from here on; `None` ends it.
->>>>>>> c2
     pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
         self.session.set_twin(calibration);
     }
 
-<<<<<<< HEAD
     /// Carries the robot elsewhere: to a pose in the world frame, or to a free place drawn from the
     /// seed. It does not notice, and nothing that it knows changes.
     ///
     /// # Errors    [`Blocked`]: something stands at the pose; for a drawn place, people stand
     /// everywhere.
-=======
-    /// Carries the robot elsewhere: to a pose in the world's frame, or to a free place drawn by the
-    /// seed. The robot does not notice, and its state does not change.
-    ///
-    /// # Errors    [`Blocked`]: something stands at the pose; for a drawn place, people everywhere.
->>>>>>> c2
     pub fn kidnap(&mut self, world_from_robot: Option<&Pose2>) -> Result<(), Blocked> {
         match world_from_robot {
             Some(pose) => {
@@ -412,11 +319,7 @@ impl Experiment {
                 self.sim.kidnap(pose)
             }
             None => {
-<<<<<<< HEAD
                 // Refused or not, it used random numbers of the seed.
-=======
-                // Refused or not, the attempt drew random numbers.
->>>>>>> c2
                 self.actions.note(self.has_decided, Action::Kidnap);
                 self.kidnap_anywhere()
             }
@@ -452,11 +355,7 @@ impl Experiment {
         Ok(())
     }
 
-<<<<<<< HEAD
     /// Stops the robot at once and drops its task.
-=======
-    /// Stops the robot at once and forgets its task.
->>>>>>> c2
     pub fn stop(&mut self) {
         self.session.stop();
         self.sim.command(Command::Stop);
@@ -479,21 +378,13 @@ impl Experiment {
 
     /// Edits the map by hand; see [`crate::slam::Slam::edit`].
     ///
-<<<<<<< HEAD
     /// # Errors    [`SlamError`]; then the map stays as it was.
-=======
-    /// # Errors    [`SlamError`]; then the map does not change.
->>>>>>> c2
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
         self.actions.note_untold("the map was changed by hand");
         self.session.edit(kind, corners)
     }
 
-<<<<<<< HEAD
     /// Undoes the last edit by hand; `false` if there is none.
-=======
-    /// Takes back the last change that was made by hand; `false` if there is none.
->>>>>>> c2
     pub fn undo_edit(&mut self) -> bool {
         self.actions.fork();
         self.session.undo_edit()
@@ -501,28 +392,20 @@ impl Experiment {
 
     /// Removes a submap from the map; see [`crate::slam::Slam::remove_submap`].
     ///
-    /// # Errors    [`SlamError`]; then the map does not change.
+    /// # Errors    [`SlamError`]; then the map stays as it was.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
         self.actions.note_untold("a submap was taken out");
         self.session.remove_submap(submap)
     }
 
-<<<<<<< HEAD
     /// Puts back the submap that was removed last, and returns its number; `None` if there is none
-=======
-    /// Puts back the submap that was taken out last and returns its number; `None` if there is none
->>>>>>> c2
     /// that can come back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.actions.fork();
         self.session.undo_removal()
     }
 
-<<<<<<< HEAD
     /// What the robot believes and intends.
-=======
-    /// The session: what the robot believes and intends.
->>>>>>> c2
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
@@ -534,24 +417,15 @@ impl Experiment {
         &self.record
     }
 
-<<<<<<< HEAD
     /// How well landmarks were found again so far, gate by gate; nothing is counted with methods
     /// that have no landmarks.
-=======
-    /// How well landmarks were found again so far, gate by gate; all zero for methods without
-    /// landmarks.
->>>>>>> c2
     #[must_use]
     pub fn refinding(&self) -> &RefindingCurve {
         self.refinding.curve()
     }
 
     /// The scans so far with the odometry at which they were taken: what an estimator needs,
-<<<<<<< HEAD
     /// without the truth. In a very long run, only the first ten million readings.
-=======
-    /// without the truth. Of a very long run, only the first ten million readings.
->>>>>>> c2
     #[must_use]
     pub fn log(&self) -> &CarmenLog {
         &self.log
@@ -569,11 +443,7 @@ impl Experiment {
         self.map_from_world * self.sim.truth()
     }
 
-<<<<<<< HEAD
     /// The transform from the world frame to the map frame.
-=======
-    /// The transform that takes the world's frame to the map's.
->>>>>>> c2
     #[must_use]
     pub fn map_from_world(&self) -> Pose2 {
         self.map_from_world
@@ -594,11 +464,7 @@ impl Experiment {
     }
 }
 
-<<<<<<< HEAD
 /// Controlled motors come to a stop within a small fraction of a millimetre, not to the bit.
-=======
-/// Controlled motors stand within a small fraction of a millimetre, not to the bit.
->>>>>>> c2
 fn is_slow((forward, turn): (f64, f64)) -> bool {
     forward.abs() < 1e-3 && turn.abs() < 1e-3
 }

@@ -1,4 +1,3 @@
-<<<<<<< HEAD
 //! Lessons: simulated runs with a fault for a person to fix, graded by measurements.
 //!
 //! In: a run that began as the lesson says, apart from what was fixed. Out: a mark for each goal.
@@ -8,17 +7,6 @@
 //! ([`Lesson::given`]). All others may be changed, and the method too if the lesson allows it. A
 //! run is graded when its task is over or its time is up, whichever comes first: a faulty run that
 //! never ends fails too.
-=======
-//! Lessons: simulated runs with a fault that a person is to fix, graded by measurements.
-//!
-//! In: a run that began as a lesson says, except for what was fixed. Out: a mark for each goal.
-//!
-//! A lesson is an experiment in a [`Link`]. Some of its settings are the fault in the world itself,
-//! such as a track that travels farther than it counts: those must stay as they are
-//! ([`Lesson::given`]). All others may be changed, and the method too if the lesson allows it. A
-//! run is graded when its errand is over or its time is up, whichever comes first: so a run that
-//! never ends because it was not fixed fails too.
->>>>>>> c2
 
 mod catalogue;
 mod grade;
@@ -35,27 +23,18 @@ use crate::slam::Method;
 /// A run with a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lesson {
-    /// Its name in commands and addresses, unique and permanent.
+    /// Its name in commands and addresses, unique; it never changes.
     pub name: &'static str,
     /// Its title for people.
     pub title: &'static str,
-<<<<<<< HEAD
     /// The visible symptom, not its cause.
     pub fault: &'static str,
     /// The task, and the means allowed.
     pub task: &'static str,
     /// Where to look, for people who do not find it.
-=======
-    /// The symptom, not its cause.
-    pub fault: &'static str,
-    /// What is to be done, and by what means.
-    pub task: &'static str,
-    /// A hint on where to look.
->>>>>>> c2
     pub hint: &'static str,
     /// Its beginning, as the text of a [`Link`].
     link: &'static str,
-<<<<<<< HEAD
     /// Keys of the settings that describe the world: they have to stay as in the link.
     pub given: &'static [&'static str],
     /// Whether another method may be the solution.
@@ -67,56 +46,30 @@ pub struct Lesson {
 }
 
 /// A goal.
-=======
-    /// Keys of the settings that describe the world: they have to stay as the link says.
-    pub given: &'static [&'static str],
-    /// Whether the method may be changed as a fix.
-    pub is_method_free: bool,
-    /// Latest time of grading, s of simulated time.
-    pub seconds: f64,
-    /// The goals, all of which must be reached.
-    pub goals: &'static [Goal],
-}
-
-/// A goal of a lesson.
->>>>>>> c2
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
-    /// The figure that is measured.
+    /// What is measured.
     pub measure: Measure,
-<<<<<<< HEAD
     /// The least that is required if [`Measure::is_least`], otherwise the most that is allowed; in
     /// the unit of the measure.
     pub bound: f64,
 }
 
 /// The quantities by which a run is graded; only a simulation knows them.
-=======
-    /// The least required if [`Measure::is_least`], otherwise the most allowed; in the unit of the
-    /// measure.
-    pub bound: f64,
-}
-
-/// The figure by which a run is graded; only a simulation knows it.
->>>>>>> c2
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
-    /// Fraction of the reachable area that is known, 0 to 1.
+    /// Part of the reachable area that is known, 0 to 1.
     Explored,
     /// Root mean square distance between estimated and true positions, m, after alignment.
     TrajectoryError,
     /// Distance between estimated and true position now, m.
     PositionError,
-<<<<<<< HEAD
     /// Distance between the position by odometry alone and the true one now, as a part of the
-=======
-    /// Distance of the position by odometry alone from the true one now, as a fraction of the
->>>>>>> c2
     /// distance driven.
     WheelDrift,
     /// Mean NEES of the pose; 3 if its covariance is consistent.
     Nees,
-    /// Number of times the robot touched something.
+    /// How often the robot touched something.
     Contacts,
 }
 
@@ -153,16 +106,12 @@ pub enum NotOfLesson {
     Part {
         /// What differs.
         what: &'static str,
-        /// What it is in the lesson.
+        /// What the lesson begins with.
         expected: String,
-        /// What it was at the start of the run.
+        /// What the run began with.
         found: String,
     },
-<<<<<<< HEAD
     /// The fault was not fixed but removed.
-=======
-    /// A setting that describes the world was changed.
->>>>>>> c2
     #[error("`{key}` is how the lesson's world is: it stays {expected}, this run has {found}")]
     Given {
         /// Key of the setting.
@@ -184,24 +133,14 @@ impl Lesson {
         LESSONS.iter().find(|lesson| lesson.name == name)
     }
 
-<<<<<<< HEAD
     /// Its beginning.
     ///
     /// # Errors    None for a lesson in [`LESSONS`]; tests check that.
-=======
-    /// The run with which the lesson begins.
-    ///
-    /// # Errors    Never for a lesson in [`LESSONS`]; tests check that.
->>>>>>> c2
     pub fn begin(&self) -> Result<Link, LinkError> {
         Link::read(self.link)
     }
 
-<<<<<<< HEAD
     /// The same with a proposed solution: another method, other settings.
-=======
-    /// The run with changes that are to fix the fault: another method, other settings.
->>>>>>> c2
     ///
     /// # Errors    [`NotOfLesson`].
     pub fn mended(
@@ -218,11 +157,7 @@ impl Lesson {
         Ok(link)
     }
 
-<<<<<<< HEAD
     /// Whether a run with this beginning belongs to the lesson, whatever was changed to fix it.
-=======
-    /// Whether a run with this beginning belongs to the lesson, whatever was fixed.
->>>>>>> c2
     ///
     /// # Errors    [`NotOfLesson`], naming the first thing that differs.
     pub fn check(&self, run: &Link) -> Result<(), NotOfLesson> {

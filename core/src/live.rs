@@ -1,17 +1,11 @@
-<<<<<<< HEAD
 //! A robot behind a bridge as the source of a [`Session`]: the readings of robot and sensors feed
 //! it, and its decisions go back.
-=======
-//! A robot behind a bridge as the source of a [`Session`]: readings of the robot and its sensors go
-//! in, and commands go back.
->>>>>>> c2
 //!
 //! ```text
 //!   bridge ── messages ──> Client ── odometry, scans ──> Timeline ──> Session ──┐
 //!          <── messages ──        <─────────────── commands ───────────────────┘
 //! ```
 //!
-<<<<<<< HEAD
 //! 1. The bridge's hello names the robot; then estimate and map begin. If the same robot is named
 //!    in a new connection, it continues in the old map.
 //! 2. [`Live::receive`] takes a message, [`Live::tick`] lets the pilot decide; after either,
@@ -19,15 +13,6 @@
 //! 3. The pilot's commands go out only while this client has the lease and the robot is armed.
 //!    Whatever disarms it also ends the pilot's task, and so does asking for the right to drive:
 //!    when the robot is armed, nothing begins or continues by itself.
-=======
-//! 1. The bridge's hello names the robot; estimate and map begin with it. After a reconnection the
-//!    same robot goes on in the old map.
-//! 2. [`Live::receive`] takes a message, [`Live::tick`] lets the pilot decide;
-//!    [`Live::take_outgoing`] gives what both want to send. Time is µs of the caller's clock.
-//! 3. The pilot's commands go out only while this client has the lease and the robot is armed.
-//!    Whatever disarms the robot also ends the pilot's task, and so does asking for the lease:
-//!    arming never starts or resumes a task by itself.
->>>>>>> c2
 
 mod bridge_map;
 mod homing;
@@ -58,40 +43,24 @@ pub use homing::{Homing, HomingConfig};
 pub struct Note {
     /// Its severity.
     pub severity: Severity,
-<<<<<<< HEAD
     /// Its text, a sentence.
-=======
-    /// The sentence.
->>>>>>> c2
     pub text: String,
 }
 
 /// The initial configuration of a session with a bridge.
 #[derive(Clone, Debug)]
 pub struct LiveConfig {
-<<<<<<< HEAD
     /// The name that others see.
-=======
-    /// The name under which others see this client.
->>>>>>> c2
     pub name: String,
     /// The token for the right to drive; `None` to watch.
     pub token: Option<String>,
     /// How the pose is estimated.
     pub method: Method,
-<<<<<<< HEAD
     /// The map in which a method localises the robot ([`Method::needs_prior_map`]), placed relative
     /// to where the robot is when the bridge names it; without one, the line filter draws its own.
     pub prior_map: Option<PriorMap>,
     /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg),
     /// even if its sensor scans all the time.
-=======
-    /// The map in which a method localises the robot ([`Method::needs_prior_map`]), placed by the
-    /// robot's pose when the bridge names it; without one the line filter draws its own.
-    pub prior_map: Option<PriorMap>,
-    /// Whether the robot drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one
-    /// leg) even if its sensor scans all the time.
->>>>>>> c2
     pub cycle: bool,
     /// Settings that differ from the defaults of the robot that the bridge names
     /// ([`Settings::of_robot`]); those of simulated sensors and bodies do not matter.
@@ -104,7 +73,7 @@ pub struct LiveConfig {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LiveError {
-    /// A setting that does not exist or is out of range.
+    /// A setting that does not exist, or is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),
     /// A setting that the estimation refuses.
@@ -117,7 +86,6 @@ pub enum LiveError {
 pub struct Live {
     config: LiveConfig,
     client: Client,
-<<<<<<< HEAD
     /// The saved map in which it continues.
     saved_map: Option<EarlierMap>,
     /// The robot that the bridge named.
@@ -130,31 +98,13 @@ pub struct Live {
     is_halted: bool,
     /// How often estimate and map have begun: with the first hello of a bridge, and with one that
     /// names another robot.
-=======
-    /// The saved map in which it goes on.
-    saved_map: Option<EarlierMap>,
-    /// The robot that the bridge named.
-    figures: Option<RobotFigures>,
-    /// Begins again with each robot that is named, as do the remembered readings.
-    session: Session,
-    timeline: Timeline,
-    bumpers: Bumpers,
-    /// Whether the robot was already commanded to stand still.
-    is_halted: bool,
-    /// How often estimate and map were begun: with the first hello of a bridge, and with each hello
-    /// that names another robot.
->>>>>>> c2
     pub begun: u32,
     notes: Vec<Note>,
     /// Robot and sensors, as last reported.
     pub devices: Vec<Device>,
     /// State of the recording; `None` if nothing is recorded.
     pub recording: Option<RecordingBody>,
-<<<<<<< HEAD
     /// Volts of the battery; `None` before the robot reported them.
-=======
-    /// Battery voltage, V; `None` before the robot reported it.
->>>>>>> c2
     pub battery: Option<f32>,
     /// Readings that this client missed because newer ones arrived first.
     pub dropped: u64,
@@ -175,25 +125,15 @@ impl Live {
         &self.client
     }
 
-<<<<<<< HEAD
     /// What robot and sensors have reported so far, and what is intended; if the robot is unknown,
     /// with the figures of a Pioneer.
-=======
-    /// What robot and sensors reported so far, and what is intended. For an unknown robot it has
-    /// the figures of a Pioneer.
->>>>>>> c2
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-<<<<<<< HEAD
     /// Continues in a saved map: now, and with each robot that the bridge names from here on. If
     /// robot or method do not allow it, they begin with an empty map.
-=======
-    /// Goes on in a saved map: now, and with each robot that the bridge names from here on. If the
-    /// robot or the method does not allow it, they begin with an empty map.
->>>>>>> c2
     ///
     /// # Errors    [`SlamError`]; then nothing changes.
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
@@ -204,36 +144,24 @@ impl Live {
 
     /// Edits the map by hand; see [`crate::slam::Slam::edit`].
     ///
-<<<<<<< HEAD
     /// # Errors    [`SlamError`]; then the map stays as it was.
-=======
-    /// # Errors    [`SlamError`]; then the map does not change.
->>>>>>> c2
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
         self.session.edit(kind, corners)
     }
 
-<<<<<<< HEAD
     /// Undoes the last edit by hand; `false` if there is none.
-=======
-    /// Takes back the last change that was made by hand; `false` if there is none.
->>>>>>> c2
     pub fn undo_edit(&mut self) -> bool {
         self.session.undo_edit()
     }
 
     /// Removes a submap from the map; see [`crate::slam::Slam::remove_submap`].
     ///
-    /// # Errors    [`SlamError`]; then the map does not change.
+    /// # Errors    [`SlamError`]; then the map stays as it was.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
         self.session.remove_submap(submap)
     }
 
-<<<<<<< HEAD
     /// Puts back the submap that was removed last, and returns its number; `None` if there is none
-=======
-    /// Puts back the submap that was taken out last and returns its number; `None` if there is none
->>>>>>> c2
     /// that can come back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.session.undo_removal()
@@ -241,11 +169,7 @@ impl Live {
 
     /// A session that has not received anything yet.
     ///
-<<<<<<< HEAD
     /// # Errors    [`LiveError`] naming the first setting that is invalid.
-=======
-    /// # Errors    [`LiveError`] naming the first setting that is refused.
->>>>>>> c2
     pub fn new(config: LiveConfig) -> Result<Self, LiveError> {
         let (session, _) = session_for(&config, None)?;
         Ok(Self {
@@ -285,12 +209,8 @@ impl Live {
         self.begin_with(figures);
     }
 
-<<<<<<< HEAD
     /// The pose of the robot, for others who have its odometry too; `None` before its first
     /// reading.
-=======
-    /// Where the robot is, for others who have its odometry too; `None` before its first reading.
->>>>>>> c2
     #[must_use]
     pub fn pose(&self) -> Option<PoseBody> {
         let state = pose_state::of(self.session.slam());
@@ -300,11 +220,7 @@ impl Live {
 
     /// Takes one binary message of the bridge that arrived at `now`.
     ///
-<<<<<<< HEAD
     /// # Errors    [`ClientError`]: the connection can no longer be used; map and pose are kept.
-=======
-    /// # Errors    [`ClientError`]: the connection is unusable from here on; map and pose are kept.
->>>>>>> c2
     pub fn receive(&mut self, now: u64, bytes: &[u8]) -> Result<(), ClientError> {
         let was_armed = self.client.is_armed();
         let (header, message) = self.client.receive(now, bytes)?;
@@ -390,11 +306,7 @@ impl Live {
         self.begun += 1;
     }
 
-<<<<<<< HEAD
     /// Passes on the readings that the timeline releases.
-=======
-    /// Hands on the readings that the timeline lets through.
->>>>>>> c2
     fn feed(&mut self, readings: Vec<Reading>) {
         for reading in readings {
             let taken = match reading {
@@ -441,11 +353,7 @@ impl Live {
             RefusalReason::TooOld | RefusalReason::FromTheFuture => {
                 "A command came too late and was left out: the network is slow"
             }
-<<<<<<< HEAD
             // By then the bridge has said why the lease or the arming ended.
-=======
-            // The bridge has already said why the lease or the arming ended.
->>>>>>> c2
             _ => return,
         };
         self.note(Severity::Warning, text.to_owned());
@@ -455,12 +363,7 @@ impl Live {
         self.notes.push(Note { severity, text });
     }
 
-<<<<<<< HEAD
     /// Ends the task, and also an arming that waits for its lease: it would come after the Stop.
-=======
-    /// Ends whatever is under way, an arming that waits for its lease included: it would come after
-    /// the Stop.
->>>>>>> c2
     fn end_task(&mut self) {
         self.wants_to_arm = false;
         self.session.stop();
@@ -484,58 +387,33 @@ impl Live {
         Ok(())
     }
 
-<<<<<<< HEAD
     /// What to send. A standing robot is commanded to stand only once, because the lease does not
     /// depend on it.
     fn decide(&mut self) -> Option<Command> {
         let command = self.session.decide(self.bumpers, self.client.is_busy())?;
         if command == Command::Scan && !self.waits_for_command() {
             // Its sensor scans all the time: the next scan serves as the requested one.
-=======
-    /// The command to send, if any. A robot that is to stand is told so only once: heartbeats keep
-    /// the lease.
-    fn decide(&mut self) -> Option<Command> {
-        let command = self.session.decide(self.bumpers, self.client.is_busy())?;
-        if command == Command::Scan && !self.waits_for_command() {
-            // The sensor scans all the time: the next scan serves as the one that was asked for.
->>>>>>> c2
             return None;
         }
         let was_halted = std::mem::replace(&mut self.is_halted, command == Command::Stop);
         (!(was_halted && self.is_halted)).then_some(command)
     }
 
-<<<<<<< HEAD
     /// The messages to send, in order; the list is then empty.
-=======
-    /// Messages to send, in order; taking them empties the list.
->>>>>>> c2
     pub fn take_outgoing(&mut self) -> Vec<Vec<u8>> {
         self.client.take_outgoing()
     }
 
-<<<<<<< HEAD
     /// Messages for people, in order; the list is then empty.
-=======
-    /// What a person should read, in order; taking it empties the list.
->>>>>>> c2
     pub fn take_notes(&mut self) -> Vec<Note> {
         std::mem::take(&mut self.notes)
     }
 
-<<<<<<< HEAD
     /// Asks for the lease, with `force` even if another client has it, and arms the robot with it.
     /// If the emergency stop is latched, only the lease is taken, to reset it.
     pub fn take_lease(&mut self, now: u64, force: bool) {
         if !self.client.is_armed() {
             // A task chosen while the robot was disarmed must not begin by itself.
-=======
-    /// Asks for the lease, with `force` also from another client, and arms the robot with it,
-    /// unless the emergency stop is latched: then only the lease is taken, to reset it.
-    pub fn take_lease(&mut self, now: u64, force: bool) {
-        if !self.client.is_armed() {
-            // A task that was chosen while the robot was disarmed must not start by itself.
->>>>>>> c2
             self.end_task();
         }
         if self.client.has_lease() {
@@ -560,11 +438,7 @@ impl Live {
         self.client.give_up_manoeuvre();
     }
 
-<<<<<<< HEAD
     /// Drives by hand, at these parts of the robot's highest speeds, -1 to 1.
-=======
-    /// Drives by hand, with fractions of the robot's highest speeds, -1 to 1.
->>>>>>> c2
     pub fn drive(&mut self, forward: f64, turn: f64) {
         let robot = self.session.robot();
         let (forward, turn) = (forward * robot.max_speed, turn * robot.max_turn_rate);
@@ -581,13 +455,8 @@ impl Live {
         self.client.give_up_manoeuvre();
     }
 
-<<<<<<< HEAD
     /// By the cycle or continuously. Driving by hand is always continuous if the sensor allows it:
     /// obstacles are then seen at once, and a silent sensor is noticed.
-=======
-    /// Chooses between the cycle and continuous driving. By hand always continuous if the sensor
-    /// allows it: obstacles are then seen at once, and a sensor that falls silent is noticed.
->>>>>>> c2
     fn choose_driving(&mut self, mode: Mode) {
         let by_cycle = self.config.cycle && mode != Mode::Manual;
         let on_command = self.waits_for_command() || by_cycle;
@@ -596,11 +465,7 @@ impl Live {
         }
     }
 
-<<<<<<< HEAD
     /// The default settings of the present robot.
-=======
-    /// The settings of the present robot, before any change.
->>>>>>> c2
     #[must_use]
     pub fn defaults(&self) -> Settings {
         Settings::of_robot(self.session.robot(), self.waits_for_command())
@@ -629,11 +494,7 @@ impl Live {
         self.client.reset_map(now);
     }
 
-<<<<<<< HEAD
     /// Sets where in the bridge's own map the robot may be; without zones, everywhere.
-=======
-    /// Tells the bridge where in its own map the robot may be; without zones, everywhere.
->>>>>>> c2
     ///
     /// # Errors    [`GeofenceError`]; then nothing is sent.
     pub fn set_geofence(&mut self, now: u64, zones: Vec<ZoneBody>) -> Result<(), GeofenceError> {
@@ -647,17 +508,10 @@ impl Live {
         self.client.reset_emergency_stop(now);
     }
 
-<<<<<<< HEAD
     /// Changes these settings from their defaults from here on, for this robot and for those that
     /// the bridge names later; see [`Session::reconfigure`].
     ///
     /// # Errors    [`LiveError`] naming the first setting that is invalid; the old ones then stay.
-=======
-    /// Uses these settings instead of the defaults from here on, for this robot and for those that
-    /// the bridge may name later; see [`Session::reconfigure`].
-    ///
-    /// # Errors    [`LiveError`] naming the first setting that is refused; then the old ones stay.
->>>>>>> c2
     pub fn reconfigure(&mut self, changes: Vec<(String, f64)>) -> Result<(), LiveError> {
         let (method, on_command) = (self.session.slam().method(), self.waits_for_command());
         let settings = settings_of(self.session.robot(), on_command, method, &changes)?;
@@ -671,11 +525,7 @@ impl Live {
         self.session.draw_dead_reckoned();
     }
 
-<<<<<<< HEAD
     /// Runs a twin with this calibration beside the robot from here on, or no twin.
-=======
-    /// Runs a twin with this calibration beside the robot from here on; `None` ends it.
->>>>>>> c2
     pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
         self.session.set_twin(calibration);
     }
@@ -697,11 +547,7 @@ fn settings_of(
 }
 
 /// The session with the robot that the bridge named, if it named one, and the reason if its method
-<<<<<<< HEAD
 /// is not the requested one.
-=======
-/// is not the one that was asked for.
->>>>>>> c2
 fn session_for(
     config: &LiveConfig,
     figures: Option<&RobotFigures>,
@@ -711,21 +557,12 @@ fn session_for(
     let robot = robot.unwrap_or_else(RobotModel::pioneer);
     let (method, instead) = match (figures, config.method, &config.prior_map) {
         (None, Method::ScanMatching, _) => (Method::ScanMatching, None),
-<<<<<<< HEAD
         // Without wheels, lines alone do not show how far along a corridor the sensor was carried.
-=======
-        // Without wheel odometry, lines alone do not tell how far along a corridor the sensor was
-        // carried.
->>>>>>> c2
         (None, ..) => (
             Method::ScanMatching,
             Some("The bridge has no robot: what its sensor sees is mapped by scan matching"),
         ),
-<<<<<<< HEAD
         // The bridge's own map is only shown, not used for localisation.
-=======
-        // The map of the bridge is only shown; the robot is not localised in it.
->>>>>>> c2
         (Some(_), method, None) if method.needs_prior_map() => (
             Method::LineEkf,
             Some("No map was given to find the robot in: the line filter draws one"),

@@ -1,16 +1,10 @@
 //! A recorded log as the source of a [`Session`]: the same SLAM that drives a robot.
 //!
-<<<<<<< HEAD
 //! In: a [`Log`], from CARMEN, from the bridge, from a rover, from four rangers or from a lidar
 //! alone. Out: scan by scan, the pose, the trajectory and the map.
-=======
-//! In: a [`Log`]: from CARMEN, a bridge, a rover, four rangers or a lidar alone. Out: after each
-//! scan, the pose, the trajectory and the map.
->>>>>>> c2
 //!
 //! 1. A CARMEN log has odometry in each laser message. It is turned into motions between scans,
 //!    with the noise of a Pioneer.
-<<<<<<< HEAD
 //! 2. A recording holds what the bridge received. It goes through the same timeline as a live robot
 //!    ([`crate::wire::timeline`]), so a recorded drive is mapped as it would have been live.
 //! 3. A rover's log holds encoder counts. The distance per count and the distance of the tracks are
@@ -19,16 +13,6 @@
 //!    sensor, at a rate that is a setting.
 //! 5. Poses from another file, on the clock of the log, replace its odometry ([`PosedLog`]), or
 //!    serve as the truth with which the run is compared ([`Replay::set_truth`]).
-=======
-//! 2. A recording holds what the bridge heard. It goes through the same timeline as a live robot
-//!    ([`crate::wire::timeline`]), so a recorded drive is mapped as it would have been live.
-//! 3. A rover's log holds counts of encoders. The distance per count, the track width, and whether
-//!    odometry is used at all are settings ([`crate::settings::LogSettings`]).
-//! 4. A log of revolutions holds neither odometry nor time: it is mapped as the log of a carried
-//!    sensor, at a rate that is a setting.
-//! 5. Poses from another file, on the clock of the log, either replace its odometry ([`PosedLog`]),
-//!    or are the truth with which the run is compared ([`Replay::set_truth`]).
->>>>>>> c2
 
 mod feed;
 mod log;
@@ -66,12 +50,7 @@ pub use reader::{LogError, LogReader};
 pub use ros::{ImportError, Imported, Offered, RosChoice, RosOffer, import_ros};
 pub use truth::{PoseError, TruthErrors};
 
-<<<<<<< HEAD
 /// Motion between two scans below this counts as none, m and rad: less than the rounding of logs.
-=======
-/// Motion between two scans below which the sensor counts as standing, m and rad: less than the
-/// rounding of logs.
->>>>>>> c2
 const STILL: f64 = 1e-4;
 
 /// Why a log cannot be replayed.
@@ -86,11 +65,7 @@ pub enum ReplayError {
         "this recording has no odometry, or it is not to be used: without it nothing can be found in a prior map; choose scan-matching"
     )]
     NoOdometry,
-<<<<<<< HEAD
     /// Something was done to the map that is not in the recording.
-=======
-    /// The map was changed in a way that the recording does not contain.
->>>>>>> c2
     #[error("{0}: from its beginning the recording would not come to the same map")]
     Untold(&'static str),
 }
@@ -101,17 +76,12 @@ const CHANGED: &str = "the map was changed by hand";
 #[derive(Debug)]
 pub struct Replay {
     log: Arc<Log>,
-<<<<<<< HEAD
     /// The method asked for, and the latest settings.
-=======
-    /// The method that was asked for, and with it the latest settings.
->>>>>>> c2
     method: Method,
     settings: Settings,
     /// Why it cannot be repeated, if it cannot.
     untold: Option<&'static str>,
     feed: Feed,
-<<<<<<< HEAD
     /// As at the beginning of the replay.
     figures: LogSettings,
     first: Option<Stamp>,
@@ -123,19 +93,6 @@ pub struct Replay {
     earlier: Vec<(Stamp, f64)>,
     notes: Vec<String>,
     /// The truth with which it is compared.
-=======
-    /// The settings of the log with which the replay began.
-    figures: LogSettings,
-    first: Option<Stamp>,
-    /// Stamp and log odometry of the last scan taken.
-    last: Option<(Stamp, Pose2)>,
-    /// One for each scan that was used, as many as the trajectory has poses.
-    used: Vec<Used>,
-    /// Stamps and times of scans of earlier runs, ascending, if it goes on in their map.
-    earlier: Vec<(Stamp, f64)>,
-    notes: Vec<String>,
-    /// The poses with which the run is compared.
->>>>>>> c2
     truth: Option<Truth>,
     session: Session,
 }
@@ -154,13 +111,8 @@ impl Replay {
     /// mapped by scan matching, whatever the method: lines alone do not show how far along a
     /// corridor a sensor was carried.
     ///
-<<<<<<< HEAD
     /// # Errors   [`ReplayError`]: a setting out of range, a prior map for a log that cannot be
     /// localised in one, or no prior map although the method needs one.
-=======
-    /// # Errors   [`ReplayError`]: a setting out of range, a method that needs a prior map, for a
-    /// log without odometry, or without a prior map.
->>>>>>> c2
     pub fn new(
         log: impl Into<Log>,
         method: Method,
@@ -171,13 +123,8 @@ impl Replay {
 
     /// The same recording from its beginning, with the present settings.
     ///
-<<<<<<< HEAD
     /// # Errors   [`ReplayError`]: as for [`Self::new`], or the map was not made by the recording
     /// alone.
-=======
-    /// # Errors   [`ReplayError`]: as for [`Self::new`], or the map does not come from the
-    /// recording alone.
->>>>>>> c2
     pub fn again(&self) -> Result<Self, ReplayError> {
         match self.untold {
             Some(what) => Err(ReplayError::Untold(what)),
@@ -192,17 +139,10 @@ impl Replay {
         }
     }
 
-<<<<<<< HEAD
     /// Compares the run with true poses, on the clock of the log; to be called before the first
     /// scan. Returns a sentence about scans without a true pose.
     ///
     /// # Errors    [`PosesMisfit`]: the poses are those of another log.
-=======
-    /// Compares the run with poses that are taken as true, on the clock of the log; before the
-    /// first scan. Returns a sentence on the scans that they do not cover.
-    ///
-    /// # Errors    [`PosesMisfit`]: the poses belong to another log.
->>>>>>> c2
     pub fn set_truth(&mut self, track: PoseTrack) -> Result<Option<String>, PosesMisfit> {
         let coverage = track.coverage(&scan_times(&self.log, &self.figures))?;
         self.truth = Some(Truth::new(track));
@@ -256,11 +196,7 @@ impl Replay {
         })
     }
 
-<<<<<<< HEAD
     /// Applies other settings from the next scan on; see [`Session::reconfigure`].
-=======
-    /// Uses other settings from the next scan on; see [`Session::reconfigure`].
->>>>>>> c2
     ///
     /// # Errors    [`SlamError`] naming the first setting out of range; the old ones then stay.
     pub fn reconfigure(&mut self, settings: &Settings) -> Result<(), SlamError> {
@@ -274,20 +210,12 @@ impl Replay {
         self.session.draw_dead_reckoned();
     }
 
-<<<<<<< HEAD
     /// Runs a twin with this calibration beside the robot from here on, or no twin.
-=======
-    /// Runs a twin with this calibration beside the robot from here on; `None` ends it.
->>>>>>> c2
     pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
         self.session.set_twin(calibration);
     }
 
-<<<<<<< HEAD
     /// Takes the next scan; `false` if there is none left, and then all deferred work is done.
-=======
-    /// Takes the next scan; `false` when none is left, and then all postponed work is done.
->>>>>>> c2
     ///
     /// # Errors   [`SlamError`] for a scan that cannot be used; the next call skips it.
     pub fn step(&mut self) -> Result<bool, SlamError> {
@@ -333,29 +261,20 @@ impl Replay {
         self.session.scan(&step.scan)
     }
 
-    /// The fraction that is done, 0 to 1.
+    /// The part that is done, 0 to 1.
     #[must_use]
     pub fn progress(&self) -> f64 {
         self.feed.progress(&self.log)
     }
 
-<<<<<<< HEAD
     /// Messages of a recording taken so far, including those that came with the last scan; for
     /// other logs, scans.
-=======
-    /// How many messages of a recording were taken so far, those that came with the last scan
-    /// included; of other logs, how many scans.
->>>>>>> c2
     #[must_use]
     pub fn messages_done(&self) -> usize {
         self.feed.position()
     }
 
-<<<<<<< HEAD
     /// The pose by the log's own odometry at the last scan.
-=======
-    /// The robot's pose at the last scan by the odometry of the log itself.
->>>>>>> c2
     #[must_use]
     pub fn odom_from_robot(&self) -> Pose2 {
         self.last.map_or_else(Pose2::identity, |(_, pose)| pose)
@@ -375,7 +294,7 @@ impl Replay {
         self.used.first().map_or(0.0, |used| used.seconds)
     }
 
-    /// Duration of the log, s.
+    /// Seconds from the beginning of the log to its end.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.log.duration(&self.figures)
@@ -387,11 +306,7 @@ impl Replay {
         &self.log
     }
 
-<<<<<<< HEAD
     /// The present estimate.
-=======
-    /// The session: what is believed by now.
->>>>>>> c2
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
@@ -402,22 +317,13 @@ impl Replay {
         self.notes.extend(notes);
     }
 
-<<<<<<< HEAD
     /// Messages for people, on damage and missed time; the list is then empty.
-=======
-    /// What a person should read: damage, and gaps in time; taking it empties the list.
->>>>>>> c2
     pub fn take_notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }
 
-<<<<<<< HEAD
     /// Stretches of three or more scans during which the odometry stood still. None if no odometry
     /// is used, because then nothing shows when the sensor stood.
-=======
-    /// Intervals of scans during which the odometry stood still, three scans or more; none if no
-    /// odometry is used, as only odometry tells when a sensor stood.
->>>>>>> c2
     #[must_use]
     pub fn standing_stretches(&self) -> Vec<Vec<Scan>> {
         let mut feed = Feed::of(&self.log, &self.figures);
@@ -442,11 +348,7 @@ impl Replay {
         stretches
     }
 
-<<<<<<< HEAD
     /// What the drive so far shows about the robot ([`Session::fit`]), and the whole log about its
-=======
-    /// What the drive so far tells about the robot ([`Session::fit`]), and the whole log about its
->>>>>>> c2
     /// sensor.
     #[must_use]
     pub fn fit(&self) -> DriveFit {
@@ -465,13 +367,8 @@ impl Replay {
     }
 
     /// The pose of the robot's base at each scan used so far, as known now, with the scan's time:
-<<<<<<< HEAD
     /// `ipc_timestamp` of a CARMEN log, `t_s` of one of rangers, the time since the beginning of a
     /// rover's log or one of revolutions, the robot's clock in a recording. Those of earlier runs
-=======
-    /// `ipc_timestamp` of a CARMEN log, `t_s` of a rangers' log, the time since the start of a
-    /// rover's log or a log of revolutions, the robot's clock in a recording. Poses of earlier runs
->>>>>>> c2
     /// in the same map come first.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
@@ -479,65 +376,39 @@ impl Replay {
         let times = self.times_of(&poses);
         let poses = poses.into_iter().map(|(_, pose)| pose);
         let mut poses: Vec<(f64, Pose2)> = times.into_iter().zip(poses).collect();
-<<<<<<< HEAD
         // For a log whose stamps run backwards.
-=======
-        // The stamps of some logs run backwards.
->>>>>>> c2
         poses.sort_by(|a, b| a.0.total_cmp(&b.0));
         poses
     }
 
-<<<<<<< HEAD
     /// The true pose of the robot at the last scan, map frame; `None` without a truth, or if it has
     /// no pose at that time.
-=======
-    /// Where the robot truly is at the scan taken last, map frame; `None` without a truth, and if
-    /// the truth does not cover the scan.
->>>>>>> c2
     #[must_use]
     pub fn truth(&self) -> Option<Pose2> {
         self.truth.as_ref()?.at(self.used.last()?.seconds)
     }
 
-<<<<<<< HEAD
     /// The same for each scan used so far.
-=======
-    /// The true pose at each scan used so far.
->>>>>>> c2
     pub fn truths(&self) -> impl Iterator<Item = Option<Pose2>> {
         let at = |used: &Used| self.truth.as_ref()?.at(used.seconds);
         self.used.iter().map(at)
     }
 
-<<<<<<< HEAD
     /// Where the frame of other poses on the clock of the log lies in the map: the transform by
     /// which they come closest to the trajectory; `None` if they cover fewer than two scans.
-=======
-    /// Where the frame of the true poses lies in the map: the transform that brings them closest to
-    /// the trajectory; `None` if they cover fewer than two scans.
->>>>>>> c2
     #[must_use]
     pub fn map_from_track(&self, track: &PoseTrack) -> Option<Pose2> {
         truth::aligned(track, &self.own_trajectory()).target_from_source()
     }
 
-<<<<<<< HEAD
     /// Errors of the whole trajectory as known now; `None` without a truth, or if it covers fewer
-=======
-    /// Errors of the whole trajectory as known now; `None` without a truth, and if it covers fewer
->>>>>>> c2
     /// than two scans.
     #[must_use]
     pub fn truth_errors(&self) -> Option<TruthErrors> {
         TruthErrors::of(&self.truth.as_ref()?.track, &self.own_trajectory())
     }
 
-<<<<<<< HEAD
     /// Without the poses of earlier runs, whose times are on other clocks.
-=======
-    /// The trajectory without the poses of earlier runs, whose times are of other logs.
->>>>>>> c2
     fn own_trajectory(&self) -> Vec<(f64, Pose2)> {
         let poses = self.session.slam().whole_trajectory();
         let earlier = self.session.slam().earlier_scans();
@@ -546,11 +417,7 @@ impl Replay {
         times.zip(own.map(|(_, pose)| pose)).collect()
     }
 
-<<<<<<< HEAD
     /// For each scan used so far, its stamp and its time as in [`Self::trajectory`], s.
-=======
-    /// The stamp of each scan used so far, and its time as in [`Self::trajectory`], s.
->>>>>>> c2
     pub fn scan_times(&self) -> impl Iterator<Item = (Stamp, f64)> {
         let poses = self.session.slam().whole_trajectory();
         let times = self.times_of(&poses);
@@ -571,11 +438,7 @@ impl Replay {
             .collect()
     }
 
-<<<<<<< HEAD
     /// The map for a later run to continue in; `None` for methods other than scan matching.
-=======
-    /// The map in which a later run can go on; `None` for methods other than scan matching.
->>>>>>> c2
     #[must_use]
     pub fn saved_map(&self) -> Option<SavedMap> {
         let mut times: Vec<(Stamp, f64)> = self.scan_times().collect();
@@ -597,50 +460,34 @@ impl Replay {
 
     /// Edits the map by hand; see [`crate::slam::Slam::edit`].
     ///
-<<<<<<< HEAD
     /// # Errors    [`SlamError`]; then the map stays as it was.
-=======
-    /// # Errors    [`SlamError`]; then the map does not change.
->>>>>>> c2
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
         self.session.edit(kind, corners)?;
         self.untold = Some(CHANGED);
         Ok(())
     }
 
-<<<<<<< HEAD
     /// Undoes the last edit by hand; `false` if there is none.
-=======
-    /// Takes back the last change that was made by hand; `false` if there is none.
->>>>>>> c2
     pub fn undo_edit(&mut self) -> bool {
         self.session.undo_edit()
     }
 
     /// Removes a submap from the map; see [`crate::slam::Slam::remove_submap`].
     ///
-    /// # Errors    [`SlamError`]; then the map does not change.
+    /// # Errors    [`SlamError`]; then the map stays as it was.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
         self.session.remove_submap(submap)?;
         self.untold = Some(CHANGED);
         Ok(())
     }
 
-<<<<<<< HEAD
     /// Puts back the submap that was removed last, and returns its number; `None` if there is none
-=======
-    /// Puts back the submap that was taken out last and returns its number; `None` if there is none
->>>>>>> c2
     /// that can come back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.session.undo_removal()
     }
 
-<<<<<<< HEAD
     /// Skips the next scans: they were taken by the run that this one continues.
-=======
-    /// Skips the next scans: the run that this one continues has taken them already.
->>>>>>> c2
     pub fn skip(&mut self, scans: usize) {
         for _ in 0..scans {
             self.feed.next(&self.log, self.session.robot());
