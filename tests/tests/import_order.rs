@@ -85,10 +85,7 @@ const MAY_IMPORT: [(&str, Imports); 28] = [
             "sim",
         ]),
     ),
-    (
-        "wire",
-        These(&["geom", "robot", "points", "format"]),
-    ),
+    ("wire", These(&["geom", "robot", "points", "format"])),
     ("settings", AllBefore),
     ("twin", AllBefore),
     ("session", AllBefore),
