@@ -263,6 +263,19 @@ pub(super) fn words(error: &Error) -> String {
     }
 }
 
+/// Whether the store itself said no, for another reason than a lack of room: the connection works.
+pub(super) fn is_refusal(error: &Error) -> bool {
+    match error {
+        Error::NotFound { .. } | Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => {
+            true
+        }
+        other => {
+            let text = other.to_string();
+            text.contains("status code: 4") && !FULL.iter().any(|code| text.contains(code))
+        }
+    }
+}
+
 /// The root cause: the rest of the chain only repeats it in more words.
 fn root(error: &Error) -> String {
     let mut at: &dyn std::error::Error = error;

@@ -33,6 +33,8 @@ pub(super) struct Ledger {
     pub(super) upload: Option<String>,
     /// The store's answer to each part that it has.
     pub(super) parts: Vec<String>,
+    /// How often in a row the store refused to go on with the upload.
+    pub(super) refusals: u32,
     /// SHA-256 of the piece, once all of it is stored and compared.
     pub(super) stored: Option<String>,
 }
@@ -62,6 +64,7 @@ impl Ledger {
     pub(super) fn begin_anew(&mut self) {
         (self.sum, self.upload, self.stored) = (None, None, None);
         self.parts.clear();
+        self.refusals = 0;
     }
 
     /// The name of this piece in the store. Its hash tells it apart from another robot's piece of

@@ -3,15 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use futures_util::TryStreamExt;
-use object_store::multipart::PartId;
-use object_store::{ObjectStoreExt, PutPayload};
+use object_store::multipart::{MultipartStore, PartId};
+use object_store::{MultipartId, ObjectStoreExt, PutPayload};
 use sha2::{Digest, Sha256};
 use tokio::fs::File;
 use tokio::io::{AsyncReadExt, AsyncSeekExt, SeekFrom};
 
-use super::bucket::{Bucket, words};
+use super::bucket::{Bucket, is_refusal, words};
 use super::ledger::Ledger;
 use crate::hexadecimal;
+
+/// So many refusals in a row end an upload, and the next call begins another. A store that was
+/// killed while it completed an upload may refuse that one for ever.
+const MOST_REFUSALS: u32 = 3;
 
 /// Why a piece is not stored yet.
 #[derive(Debug, thiserror::Error)]
@@ -97,6 +101,22 @@ async fn in_parts(
             id
         }
     };
+    let sent = send_parts(&**store, &path, &id, piece, ledger).await;
+    if sent.is_err() && ledger.upload.is_none() {
+        // Frees the room of its parts. A store that knows nothing of the upload refuses this, too.
+        let _ = store.abort_multipart(&path, &id).await;
+    }
+    sent
+}
+
+/// Sends the parts that the store does not have yet, and has it join all of them.
+async fn send_parts(
+    store: &dyn MultipartStore,
+    path: &object_store::path::Path,
+    id: &MultipartId,
+    piece: &Path,
+    ledger: &mut Ledger,
+) -> Result<(), Fault> {
     let mut file = File::open(piece).await?;
     let count = ledger.bytes.div_ceil(ledger.part_bytes);
     for index in ledger.parts.len() as u64..count {
@@ -106,29 +126,39 @@ async fn in_parts(
         let mut part = vec![0; bytes as usize];
         file.read_exact(&mut part).await?;
         let put = store
-            .put_part(&path, &id, index as usize, PutPayload::from(part))
+            .put_part(path, id, index as usize, PutPayload::from(part))
             .await;
-        let put = forgotten(put, ledger, piece)?;
+        let put = accepted(put, ledger, piece)?;
         ledger.parts.push(put.content_id);
+        ledger.refusals = 0;
         ledger.write(piece)?;
     }
     let parts = ledger.parts.iter().cloned();
     let parts = parts.map(|content_id| PartId { content_id }).collect();
-    let done = store.complete_multipart(&path, &id, parts).await;
-    forgotten(done, ledger, piece).map(|_| ())
+    let done = store.complete_multipart(path, id, parts).await;
+    accepted(done, ledger, piece).map(|_| ())
 }
 
-/// If the store does not know the upload any more, because it is already complete or was cleaned
-/// up, the next call sends the piece from the start.
-fn forgotten<T>(
+/// Passes the store's answer on. If the store does not know the upload any more, because it is
+/// already complete or was cleaned up, or keeps refusing it, the next call sends the piece from the
+/// start.
+fn accepted<T>(
     answer: object_store::Result<T>,
     ledger: &mut Ledger,
     piece: &Path,
 ) -> Result<T, Fault> {
-    if let Err(object_store::Error::NotFound { .. }) = &answer {
+    let is_over = match &answer {
+        Err(object_store::Error::NotFound { .. }) => true,
+        Err(error) if is_refusal(error) => {
+            ledger.refusals += 1;
+            ledger.refusals >= MOST_REFUSALS
+        }
+        _ => return Ok(answer?),
+    };
+    if is_over {
         ledger.begin_anew();
-        ledger.write(piece)?;
     }
+    ledger.write(piece)?;
     Ok(answer?)
 }
 
@@ -174,6 +204,12 @@ async fn sum_in(bucket: &Bucket, name: &str) -> Result<String, Fault> {
 #[cfg(test)]
 mod tests {
     use std::fs;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use async_trait::async_trait;
+    use object_store::memory::InMemory;
+    use object_store::{Error, PutResult};
 
     use super::*;
     use crate::storage::StorageConfig;
@@ -257,5 +293,125 @@ mod tests {
         assert_eq!(Ledger::read(&piece), Some(ledger.clone()));
         ledger.sum = None;
         assert_eq!(ledger.name_in_store(PIECE), PIECE);
+    }
+    /// A store whose first uploads cannot be completed.
+    #[derive(Debug)]
+    struct Refusing {
+        store: InMemory,
+        /// So many uploads, and with which error.
+        first: usize,
+        error: fn() -> Error,
+        begun: AtomicUsize,
+        aborted: AtomicUsize,
+    }
+
+    fn denied() -> Error {
+        Error::PermissionDenied {
+            path: PIECE.into(),
+            source: "403 Forbidden".into(),
+        }
+    }
+
+    fn full() -> Error {
+        Error::Generic {
+            store: "S3",
+            source: "Server returned non-2xx status code: 400 Bad Request: QuotaExceeded".into(),
+        }
+    }
+
+    fn gone() -> Error {
+        Error::Generic {
+            store: "S3",
+            source: "Connection refused (os error 111)".into(),
+        }
+    }
+
+    #[async_trait]
+    impl MultipartStore for Refusing {
+        async fn create_multipart(
+            &self,
+            path: &object_store::path::Path,
+        ) -> object_store::Result<MultipartId> {
+            self.begun.fetch_add(1, Ordering::Relaxed);
+            self.store.create_multipart(path).await
+        }
+
+        async fn put_part(
+            &self,
+            path: &object_store::path::Path,
+            id: &MultipartId,
+            part_idx: usize,
+            data: PutPayload,
+        ) -> object_store::Result<PartId> {
+            self.store.put_part(path, id, part_idx, data).await
+        }
+
+        async fn complete_multipart(
+            &self,
+            path: &object_store::path::Path,
+            id: &MultipartId,
+            parts: Vec<PartId>,
+        ) -> object_store::Result<PutResult> {
+            match self.begun.load(Ordering::Relaxed) <= self.first {
+                true => Err((self.error)()),
+                false => self.store.complete_multipart(path, id, parts).await,
+            }
+        }
+
+        async fn abort_multipart(
+            &self,
+            path: &object_store::path::Path,
+            id: &MultipartId,
+        ) -> object_store::Result<()> {
+            self.aborted.fetch_add(1, Ordering::Relaxed);
+            self.store.abort_multipart(path, id).await
+        }
+    }
+
+    /// What came of so many tries, one after the other, each with the ledger that the one before
+    /// has left: whether the last one stored the piece, how many uploads it took, and how many were
+    /// aborted.
+    async fn tries(first: usize, error: fn() -> Error, count: usize) -> (bool, usize, usize) {
+        let (kept, robot) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let store = Arc::new(Refusing {
+            store: InMemory::new(),
+            first,
+            error,
+            begun: AtomicUsize::new(0),
+            aborted: AtomicUsize::new(0),
+        });
+        let bucket = Bucket {
+            parts: Some(store.clone()),
+            ..bucket(kept.path())
+        };
+        let piece = robot.path().join(PIECE);
+        fs::write(&piece, "a piece of two parts").unwrap();
+        let mut is_stored = false;
+        for _ in 0..count {
+            let mut ledger = Ledger::of(&piece, &bucket.url, 20, 10);
+            is_stored = upload(&piece, PIECE, &bucket, &mut ledger, false)
+                .await
+                .is_ok();
+        }
+        let (begun, aborted) = (&store.begun, &store.aborted);
+        (
+            is_stored,
+            begun.load(Ordering::Relaxed),
+            aborted.load(Ordering::Relaxed),
+        )
+    }
+
+    #[tokio::test]
+    async fn an_upload_that_the_store_keeps_refusing_is_given_up_for_another() {
+        let most = MOST_REFUSALS as usize;
+        assert_eq!(tries(1, denied, most).await, (false, 1, 1));
+        assert_eq!(tries(1, denied, most + 1).await, (true, 2, 1));
+        assert_eq!(tries(2, denied, 2 * most + 1).await, (true, 3, 2));
+    }
+
+    #[tokio::test]
+    async fn an_upload_waits_for_room_and_for_the_connection() {
+        assert_eq!(tries(1, full, 20).await, (false, 1, 0));
+        assert_eq!(tries(1, gone, 20).await, (false, 1, 0));
     }
 }

@@ -198,10 +198,14 @@ impl Uploader {
     }
 
     async fn say_fault(&self, why: String) {
-        let is_known = self.uploads.lock().replace(why.clone()).is_some();
-        // Report it only once until it works again: the link may be down for a day.
-        if is_known {
-            tracing::debug!("{why}");
+        let before = self.uploads.lock().replace(why.clone());
+        // Everybody is told only once until it works again: the link may be down for a day. Another
+        // reason is logged.
+        if let Some(before) = before {
+            match before == why {
+                true => tracing::debug!("{why}"),
+                false => tracing::warn!("{why}"),
+            }
             return;
         }
         let text = format!("{why}. It is tried again; the recording goes on.");
