@@ -380,10 +380,8 @@ mod tests {
             begun: AtomicUsize::new(0),
             aborted: AtomicUsize::new(0),
         });
-        let bucket = Bucket {
-            parts: Some(store.clone()),
-            ..bucket(kept.path())
-        };
+        let mut bucket = bucket(kept.path());
+        bucket.parts = Some(store.clone());
         let piece = robot.path().join(PIECE);
         fs::write(&piece, "a piece of two parts").unwrap();
         let mut is_stored = false;
