@@ -31,7 +31,7 @@ test('the tabulator reaches everything, and shows where it is', async ({ lab, pa
 test('the keyboard alone plays, aims, drives and saves', async ({ lab, page }) => {
   await lab.open();
   await page.keyboard.press('p');
-  await expect.poll(async () => (await lab.state()).playing).toBe(false);
+  await lab.stands();
   const { scans } = await lab.status();
   await page.keyboard.press('n');
   await lab.watch((s) => s.scans, 'one scan more').toBe(scans + 1);

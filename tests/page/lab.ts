@@ -160,9 +160,14 @@ export class Lab {
     const ended = async (): Promise<boolean> => (await this.status()).finished;
     // A run that is just ending loses this button.
     if ((await this.state()).playing && !(await ended())) await this.at('play').click({ timeout: 5_000 }).catch(() => {});
+    await this.stands();
+  }
+
+  /** Waits until the last frame of a run that was paused, or has ended, has come. */
+  async stands(): Promise<void> {
     // A frame made while the run stands has no pace: no scan comes after it.
-    const stands = async (): Promise<boolean> => !(await this.state()).playing && Number.isNaN((await this.status()).realTimeFactor);
-    await expect.poll(async () => (await stands()) || (await ended())).toBe(true);
+    const isPaused = async (): Promise<boolean> => !(await this.state()).playing && Number.isNaN((await this.status()).realTimeFactor);
+    await expect.poll(async () => (await isPaused()) || (await this.status()).finished).toBe(true);
   }
 
   /** Clicks or taps a point of the map, map frame, m. */
