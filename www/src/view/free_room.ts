@@ -24,6 +24,9 @@ export interface FreeRoom {
   readonly inset: Camera["inset"];
   /** Height of the card over the map, CSS pixels; 0 without one. */
   readonly card: number;
+  /** Height of what is offered over its lower end, with its margin, CSS pixels; 0 without an
+      offer. */
+  readonly offer: number;
   /** A long sheet leaves only a strip, with room for the robot. */
   readonly isLow: boolean;
 }
@@ -43,7 +46,8 @@ export function freeRoom(map: HTMLElement, store: Store): FreeRoom {
   const story = isTold ? (boxOf("#tour")?.height ?? 0) : 0;
   const card = Math.max(inspector?.height ?? 0, story);
   const offered = boxOf("#tip")?.height ?? 0;
-  return { inset: inset(), card, isLow: map.clientHeight - covered < LEAST_SCALED };
+  const offer = offered > 0 ? offered + 12 : 0;
+  return { inset: inset(), card, offer, isLow: map.clientHeight - covered < LEAST_SCALED };
 
   function inset(): Camera["inset"] {
     // Runs side by side have their names above, and nothing else over them.
@@ -55,7 +59,7 @@ export function freeRoom(map: HTMLElement, store: Store): FreeRoom {
     return {
       top: 24,
       right: 62 + told,
-      bottom: (store.inCycle ? 206 : 92) + (store.source === "bridge" ? 0 : TIME_LINE) + (offered > 0 ? offered + 12 : 0),
+      bottom: (store.inCycle ? 206 : 92) + (store.source === "bridge" ? 0 : TIME_LINE) + offer,
       left: inspector && inspector.width > 0 ? inspector.right - bounds.left + 12 : legend,
     };
   }

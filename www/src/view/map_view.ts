@@ -371,11 +371,12 @@ export class SlamMap extends SlamElement {
     if (clientWidth === 0 || clientHeight === 0) return;
     const ratio = Math.min(devicePixelRatio || 1, 2);
     Object.assign(this.camera, { width: clientWidth, height: clientHeight, ratio });
-    const { inset, card, isLow } = freeRoom(this, this.store);
+    const { inset, card, offer, isLow } = freeRoom(this, this.store);
     this.toggleAttribute("low", isLow);
     // During the tour there are few controls, on a phone only those for the thumb.
     this.toggleAttribute("told", this.store.tour !== null);
     this.style.setProperty("--card", `${card}px`);
+    this.style.setProperty("--offer", `${offer}px`);
     const before = this.camera.inset;
     this.camera.inset = inset;
     this.#uncover(before);
