@@ -22,7 +22,7 @@ export const mapStyle = css`
   #scale { display: flex; align-items: end; gap: 8px; }
   #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
   /* Beside the dock there is no room for a long line but on very wide screens. */
-  @container stage (max-width: 1700px) { #foot { bottom: calc(var(--foot, 142px) + var(--offer, 0px)); } }
+  @container stage (max-width: 1700px) { #foot { bottom: var(--foot, 142px); } #hover { position: relative; bottom: var(--offer, 0px); } }
   /* The layers stand over its lower left. */
   @container stage (min-width: 824px) { :host(:not([told])) #hover { margin-left: 224px; } }
   @media (max-width: 760px) {
