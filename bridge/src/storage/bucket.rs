@@ -252,28 +252,31 @@ pub(super) fn words(error: &Error) -> String {
         other => {
             let root = root(other);
             let text = other.to_string();
-            let says = |codes: &[&str]| codes.iter().any(|code| text.contains(code));
             match () {
-                () if says(&NO_BUCKET) => format!("the bucket is not there ({root})"),
-                () if says(&DENIED) => format!("the store does not take its key ({root})"),
-                () if says(&FULL) => format!("the bucket is full ({root})"),
+                () if names(&text, &NO_BUCKET) => format!("the bucket is not there ({root})"),
+                () if names(&text, &DENIED) => format!("the store does not take its key ({root})"),
+                () if names(&text, &FULL) => format!("the bucket is full ({root})"),
                 () => root,
             }
         }
     }
 }
 
-/// Whether the store itself said no, for another reason than a lack of room: the connection works.
+/// Whether the store itself said no, for another reason than a lack of room, to what it knows: the
+/// connection works.
 pub(super) fn is_refusal(error: &Error) -> bool {
     match error {
-        Error::NotFound { .. } | Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => {
-            true
-        }
+        Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => true,
         other => {
             let text = other.to_string();
-            text.contains("status code: 4") && !FULL.iter().any(|code| text.contains(code))
+            text.contains("status code: 4") && !names(&text, &FULL)
         }
     }
+}
+
+/// Whether the text names one of these codes.
+fn names(text: &str, codes: &[&str]) -> bool {
+    codes.iter().any(|code| text.contains(code))
 }
 
 /// The root cause: the rest of the chain only repeats it in more words.
