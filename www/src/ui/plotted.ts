@@ -72,6 +72,9 @@ export abstract class SlamPlotted extends SlamElement {
   }
 }
 
+/** Takes a copy of one plot after the other. */
+let copy: OffscreenCanvas | null = null;
+
 /** Shows each plot as a bitmap, made when it is drawn: browsers without a graphics card copy every
     2D canvas for each picture of the page, whether it changed or not. */
 function still(): uPlot.Plugin {
@@ -79,7 +82,8 @@ function still(): uPlot.Plugin {
   return { hooks: { draw: ({ ctx: { canvas } }) => {
     const { width, height } = canvas;
     seen ??= placeBeside(canvas);
-    const copy = new OffscreenCanvas(width, height);
+    copy ??= new OffscreenCanvas(width, height);
+    if (copy.width !== width || copy.height !== height) Object.assign(copy, { width, height });
     copy.getContext("2d")?.drawImage(canvas, 0, 0);
     seen?.transferFromImageBitmap(copy.transferToImageBitmap());
   } } };

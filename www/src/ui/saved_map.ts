@@ -192,7 +192,7 @@ export class SlamSavedMap extends SlamElement {
     Object.assign(camera, camera.fitted(box));
     const palette = readPalette();
     this.#tiles.colour(palette, "continuous");
-    drawTiles(context, camera, this.#tiles);
+    drawTiles(context, camera, this.#tiles, camera.visible);
     const pose = this.#pose();
     if (!pose) return;
     const [x, y] = camera.toScreen(pose[0], pose[1]);

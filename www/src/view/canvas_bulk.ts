@@ -23,10 +23,12 @@ const LEAST_TURN = 1e-6;
 export type Context2D = CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
 
 export class CanvasBulk implements Bulk {
-  constructor(readonly context: Context2D, readonly camera: Camera) {}
+  /** `part`: where something has to be drawn. What lies outside is left out, because to clip it
+      takes the browser as long as to draw it. */
+  constructor(readonly context: Context2D, readonly camera: Camera, readonly part: Box) {}
 
   tiles(tiles: Tiles): void {
-    drawTiles(this.context, this.camera, tiles);
+    drawTiles(this.context, this.camera, tiles, this.part);
   }
 
   squares(points: Float32Array, side: number, { colour, alpha = 1 }: Crowd, [x, y, heading]: readonly [number, number, number] = [0, 0, 0]): void {
@@ -47,10 +49,10 @@ export class CanvasBulk implements Bulk {
   }
 
   segments(ends: Float32Array, pen: Pen): void {
-    const { context, camera } = this;
+    const { context, camera, part } = this;
     if (ends.length / 4 > MOST_IN_PATH) return this.#picture(ends, pen);
     context.save();
-    strokeWithin(context, ends, camera.visible, pen, camera.px(1));
+    strokeWithin(context, ends, part, pen, camera.px(1));
     context.restore();
   }
 
@@ -80,10 +82,9 @@ function sizeOf({ width, height, ratio }: Camera): { width: number; height: numb
 
 /** Stretches the tiles of a grid over the canvas. Unless the view is turned, they meet on whole
     device pixels; otherwise seams would show. */
-export function drawTiles(context: Context2D, camera: Camera, tiles: Tiles): void {
+export function drawTiles(context: Context2D, camera: Camera, tiles: Tiles, part: Box): void {
   const side = tiles.tileCells * tiles.resolution;
   const isTurned = Math.abs(camera.angle) > LEAST_TURN;
-  const view = camera.visible;
   context.save();
   context.imageSmoothingEnabled = camera.scale * camera.ratio * tiles.resolution < 1;
   if (!isTurned) context.resetTransform();
@@ -96,7 +97,7 @@ export function drawTiles(context: Context2D, camera: Camera, tiles: Tiles): voi
   };
   for (const tile of tiles.all()) {
     const [x, y] = [tile.col * side, tile.row * side];
-    if (isOutside(view, x, y, x + side, y + side)) continue;
+    if (isOutside(part, x, y, x + side, y + side)) continue;
     const canvas = tiles.canvasOf(tile);
     if (isTurned) {
       context.drawImage(canvas, x, -y - side, side + lap, side + lap);

@@ -12,10 +12,15 @@ import { type Draw, SHEETS, type SheetName, type Surface } from "./surface.js";
 /** The sheet that is shown as a bitmap. */
 const STILL: SheetName = "record";
 
+/** How far beyond a changed part smoothing changes pixels, CSS pixels. */
+const SMOOTHED = 2;
+/** And how far beyond it things may lie that cover such pixels. */
+const REACH = 6;
+
 interface Sheet {
   readonly canvas: HTMLCanvasElement;
-  /** Shows the bitmaps of the sheet; null if its canvas is drawn on directly. */
-  readonly shown: ImageBitmapRenderingContext | null;
+  /** What its bitmaps are drawn on, and shown with; null if its canvas is drawn on directly. */
+  readonly still: { readonly drawn: OffscreenCanvas; readonly shown: ImageBitmapRenderingContext } | null;
   /** The view that it was last drawn for; null before that. */
   camera: Camera | null;
   moved: string;
@@ -28,7 +33,8 @@ export class CanvasSurface implements Surface {
   constructor(canvasOf: (sheet: SheetName) => HTMLCanvasElement) {
     const sheetOf = (name: SheetName): Sheet => {
       const canvas = canvasOf(name);
-      return { canvas, shown: name === STILL ? canvas.getContext("bitmaprenderer") : null, camera: null, moved: "" };
+      const shown = name === STILL ? canvas.getContext("bitmaprenderer") : null;
+      return { canvas, still: shown && { drawn: new OffscreenCanvas(1, 1), shown }, camera: null, moved: "" };
     };
     this.#sheets = Object.fromEntries(SHEETS.map((name) => [name, sheetOf(name)])) as unknown as Record<SheetName, Sheet>;
   }
@@ -42,19 +48,21 @@ export class CanvasSurface implements Surface {
 
   record(name: SheetName, camera: Camera, within: Box | null, draw: Draw): void {
     const sheet = this.#sheets[name];
-    const { canvas: { width, height }, shown } = sheet;
-    if (shown) {
-      const canvas = new OffscreenCanvas(width, height);
-      const context = contextOf(canvas);
-      draw(context, new CanvasBulk(context, camera));
-      shown.transferFromImageBitmap(canvas.transferToImageBitmap());
+    const { canvas: { width, height }, still } = sheet;
+    if (still) {
+      const { drawn, shown } = still;
+      if (drawn.width !== width || drawn.height !== height) Object.assign(drawn, { width, height });
+      const context = contextOf(drawn);
+      draw(context, new CanvasBulk(context, camera, camera.visible));
+      shown.transferFromImageBitmap(drawn.transferToImageBitmap());
     } else {
       const context = contextOf(sheet.canvas);
       context.save();
-      if (within && Number.isFinite(within.minX)) clip(context, camera, within);
+      const part = within && Number.isFinite(within.minX) ? within : null;
+      if (part) clip(context, camera, widened(part, camera.px(SMOOTHED)));
       context.resetTransform();
       context.clearRect(0, 0, width, height);
-      draw(context, new CanvasBulk(context, camera));
+      draw(context, new CanvasBulk(context, camera, part ? widened(part, camera.px(REACH)) : camera.visible));
       context.restore();
     }
     sheet.camera = Object.assign(sheet.camera ?? new Camera(), camera);
@@ -93,14 +101,19 @@ function motion(from: Camera, to: Camera): string {
   return isThere ? "" : `matrix(${matrix.map((value) => value.toFixed(9)).join()})`;
 }
 
-/** Clips to whole pixels, with a margin for smoothing. */
+/** A box with a margin on each side, m. */
+function widened({ minX, minY, maxX, maxY }: Box, margin: number): Box {
+  return { minX: minX - margin, minY: minY - margin, maxX: maxX + margin, maxY: maxY + margin };
+}
+
+/** Clips to whole pixels. */
 function clip(context: Context2D, camera: Camera, { minX, minY, maxX, maxY }: Box): void {
   const corners = [camera.toScreen(minX, maxY), camera.toScreen(maxX, maxY), camera.toScreen(minX, minY), camera.toScreen(maxX, minY)];
   const [xs, ys] = [corners.map(([x]) => x * camera.ratio), corners.map(([, y]) => y * camera.ratio)];
-  const [left, top] = [Math.floor(Math.min(...xs)) - 2, Math.floor(Math.min(...ys)) - 2];
+  const [left, top] = [Math.floor(Math.min(...xs)), Math.floor(Math.min(...ys))];
   context.resetTransform();
   context.beginPath();
-  context.rect(left, top, Math.ceil(Math.max(...xs)) + 2 - left, Math.ceil(Math.max(...ys)) + 2 - top);
+  context.rect(left, top, Math.ceil(Math.max(...xs)) - left, Math.ceil(Math.max(...ys)) - top);
   context.clip();
 }
 

@@ -38,6 +38,10 @@ import { placeWords } from "./words.js";
 /** Rate of the camera's approach to its target: it covers 1 - e^-rate of the way in a second. */
 const EASE = 6;
 const REFIT_MILLIS = 300;
+/** The view is fitted again if it would move by this, CSS pixels, or stretch by this part. A fitted
+    view leaves more room than that beside the map. */
+const REFIT_SHIFT = 8;
+const REFIT_STRETCH = 0.02;
 /** Milliseconds between redraws of the record sheet: during a run, and while the map glides. */
 const RECORD_MILLIS = 200;
 const GLIDING_MILLIS = 30;
@@ -430,7 +434,9 @@ export class SlamMap extends SlamElement {
       const { truth, wheels } = store.layers;
       const boxes = [scene, ...this.others].map((each) => each.bounds(truth, wheels));
       const box = boxes.reduce((all, each) => (each ? union(all, each) : all), null);
-      if (box) this.#target = camera.fitted(box);
+      const target = box && camera.fitted(box);
+      // A view that followed each new cell would never rest.
+      if (target && isFar(this.#target ?? camera, target)) this.#target = target;
     }
     if (store.follow && scene.status) {
       this.#target = { x: scene.status.x, y: scene.status.y, scale: this.#target?.scale ?? camera.scale };
@@ -487,7 +493,7 @@ export class SlamMap extends SlamElement {
   drawInto(context: CanvasRenderingContext2D): void {
     const camera = Object.assign(new Camera(), this.camera, { ratio: 1 });
     // Animations are frozen; the trail is drawn to its end.
-    const brush = { ...this.#brush(context, new CanvasBulk(context, camera), camera, 0), recordedTrail: this.scene.trailLength };
+    const brush = { ...this.#brush(context, new CanvasBulk(context, camera, camera.visible), camera, 0), recordedTrail: this.scene.trailLength };
     for (const sheet of SHEETS) drawSheet(sheet, brush, this.#layers, this.store.layerOrder);
   }
 
@@ -545,6 +551,14 @@ export class SlamMap extends SlamElement {
     if (!element) throw new Error(`no #${id} in the map`);
     return element;
   }
+}
+
+type View = Pick<Camera, "x" | "y" | "scale">;
+
+/** Whether two views differ enough to move from one to the other. */
+function isFar(one: View, other: View): boolean {
+  const shift = Math.hypot(one.x - other.x, one.y - other.y) * other.scale;
+  return shift >= REFIT_SHIFT || Math.abs(Math.log(one.scale / other.scale)) >= REFIT_STRETCH;
 }
 
 customElements.define("slam-map", SlamMap);

@@ -1,7 +1,9 @@
 // Decides when each sheet of the map is redrawn. Slow sheets take turns: for one picture one of
 // them is redrawn, the one that has waited longest; for the next, the quick ones. Waiting sheets
-// are moved with the view meanwhile.
+// are moved with the view meanwhile. Where the page has other long work to do for a picture, they
+// wait for the next one.
 
+import { takePicture } from "../long_work.js";
 import type { Box, Camera } from "./camera.js";
 import { type Draw, SHEETS, type SheetName, type Surface } from "./surface.js";
 
@@ -30,6 +32,8 @@ export class Sheets {
   #drawn: Record<SheetName, Drawn> = { ground: NOTHING, record: NOTHING, overlays: NOTHING };
   /** A slow sheet was drawn for the last picture. */
   #wasLong = false;
+  /** The last picture had other long work to do. */
+  #isOwed = false;
 
   constructor(public surface: Surface) {}
 
@@ -58,7 +62,9 @@ export class Sheets {
     const due = SHEETS.filter((name) => isDue(drawn[name], wanted[name], now));
     const isLong = (name: SheetName): boolean => LONG.includes(name) || drawn[name].took > LONG_MILLIS;
     const first = due.filter(isLong).sort((a, b) => drawn[a].at - drawn[b].at)[0];
-    const isLongNow = first !== undefined && !(this.#wasLong && due.some((name) => !isLong(name)));
+    const isLongNext = first !== undefined && !(this.#wasLong && due.some((name) => !isLong(name)));
+    const isLongNow = isLongNext && takePicture(now, this.#isOwed);
+    this.#isOwed = isLongNext && !isLongNow;
     this.#wasLong = isLongNow;
     const drawnNow = due.filter((name) => (isLongNow ? name === first : !isLong(name)) || drawn[name].view === "");
     for (const name of drawnNow) {
