@@ -521,7 +521,7 @@ export class Client {
       if (examined.run === this.#run && examined.number === this.#examinedNumber) this.store.set("chosen", { examined });
     },
     bridge: ({ state, walls }) => this.store.set("bridge", { bridge: state, bridgeWalls: walls ?? this.store.bridgeWalls }),
-    "world-file": ({ world, text }) => this.files.desk?.open(world, text, []),
+    "world-file": ({ world, text }) => this.files.desk?.openAsked(world, text),
     "world-checked": ({ number, fault }) => this.files.desk?.judge(number, fault),
     built: ({ name, worldJson, skipped }) => {
       if (this.files.desk) return this.files.desk.open(name, worldJson, skipped);

@@ -44,6 +44,10 @@ export class SlamEditor extends LitElement implements WorldDesk {
   /** The number of the last requested check, and the file to be opened, if it is of one. */
   #number = 0;
   #opening: { number: number; name: string; text: string; skipped: readonly string[] } | null = null;
+  /** The built-in world that was asked for, until it comes or something else is opened. */
+  #asked: string | null = null;
+  /** The number of the last link. */
+  #links = 0;
   /** What to do when that file is opened, or refused. */
   #next: (() => void) | null = null;
   #resting = 0;
@@ -100,11 +104,16 @@ export class SlamEditor extends LitElement implements WorldDesk {
     if (this.client.files.desk === this) this.client.files.desk = null;
   }
 
-  /** Opens the world of a link for editing. */
+  /** Opens the world of a link for editing, unless another link is opened meanwhile. */
   async openLink(hash: string): Promise<void> {
+    this.#say("");
+    this.#asked = null;
+    const link = ++this.#links;
     try {
-      this.open("the world of the link", await sharedWorld(hash), []);
+      const text = await sharedWorld(hash);
+      if (link === this.#links) this.open("the world of the link", text, []);
     } catch (error) {
+      if (link !== this.#links) return;
       const { text } = faultOf(error);
       this.#say(text, true);
       // The world of the run is opened instead, and brings its own message.
@@ -122,10 +131,20 @@ export class SlamEditor extends LitElement implements WorldDesk {
     const { source, started } = this.store;
     if (source !== "sim") return this.open("an empty floor", written(EMPTY), []);
     if (started.worldJson !== null) this.open(started.world, started.worldJson, []);
-    else this.client.send({ kind: "world-file", world: started.world });
+    else this.#ask(started.world);
+  }
+
+  #ask(world: string): void {
+    this.#asked = world;
+    this.client.send({ kind: "world-file", world });
+  }
+
+  openAsked(world: string, text: string): void {
+    if (world === this.#asked) this.open(world, text, []);
   }
 
   open(name: string, text: string, skipped: readonly string[]): void {
+    this.#asked = null;
     this.#opening = { number: ++this.#number, name, text, skipped };
     this.client.send({ kind: "check-world", text, number: this.#number });
   }
@@ -273,7 +292,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
       this.#model.open({ ...EMPTY });
       this.#board?.fit();
     } else if (world === "(present)") this.#openPresent();
-    else this.client.send({ kind: "world-file", world });
+    else this.#ask(world);
   }
 
   /** Whether the walls have a gap, by the last check: not while something is moved. */
