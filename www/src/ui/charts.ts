@@ -230,7 +230,7 @@ export abstract class SlamCharts extends SlamPlotted {
   /** Shows how far a curve goes beyond its plot, if it does. */
   #tellBeyond(i: number, farthest: number): void {
     const [curve, target] = [this.curves[i], this.renderRoot.querySelector(`#beyond-${i}`)];
-    if (curve && target) target.textContent = farthest === 0 ? "" : `▲ ${fixed(farthest, curve.digits)} ${curve.unit}`.trim();
+    if (curve && target) write(target, farthest === 0 ? "" : `▲ ${fixed(farthest, curve.digits)} ${curve.unit}`.trim());
   }
 
   /** Shows the number under the cursor, or else the latest. */
@@ -241,8 +241,13 @@ export abstract class SlamCharts extends SlamPlotted {
     const shown = this.#alone[i] ? curve.bounds.slice(0, 1) : [curve.value, ...(curve.beside ?? []).map(({ value }) => value)];
     const at = plot.cursor.idx ?? -1;
     const numbers = shown.map((index) => this.history.columns[index]?.at(at)).filter((value) => value !== undefined && Number.isFinite(value)) as number[];
-    target.textContent = numbers.length > 0 ? `${numbers.map((value) => fixed(value, curve.digits)).join(" / ")} ${curve.unit}`.trim() : "–";
+    write(target, numbers.length > 0 ? `${numbers.map((value) => fixed(value, curve.digits)).join(" / ")} ${curve.unit}`.trim() : "–");
   }
+}
+
+/** Changes a text only if it differs: to replace it, the same or not, makes the browser lay it out. */
+function write(target: Element, text: string): void {
+  if (target.textContent !== text) target.textContent = text;
 }
 
 /** The first and the last sample within the time axis. */

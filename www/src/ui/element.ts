@@ -9,6 +9,20 @@ import type { Scene } from "../view/scene.js";
 import { inTurn } from "./in_turn.js";
 import { shared } from "./style.js";
 
+/** While a run plays, a component that is scrolled out of sight shows new figures this often,
+    milliseconds: whoever listens to the page may still read it. */
+const UNSEEN_MILLIS = 1000;
+
+const outOfSight = new WeakSet<Element>();
+const sight = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting, boundingClientRect: { width, height } } of entries) {
+    // What has no box of its own may have parts that are seen.
+    const isSeen = isIntersecting || width * height === 0;
+    if (isSeen && outOfSight.delete(target)) (target as SlamElement).requestUpdate();
+    if (!isSeen) outOfSight.add(target);
+  }
+});
+
 /** A component; it exists as long as the page. */
 export abstract class SlamElement extends LitElement {
   /** Set by main.ts before the element is connected. */
@@ -24,8 +38,18 @@ export abstract class SlamElement extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    for (const topic of this.topics) this.store.on(topic, () => (topic === "frame" && this.store.playing ? inTurn(this, () => this.requestUpdate()) : this.requestUpdate()));
+    for (const topic of this.topics) this.store.on(topic, () => (topic === "frame" && this.store.playing ? this.#renderInTurn() : this.requestUpdate()));
+    if (this.topics.includes("frame")) sight.observe(this);
     addEventListener(LANGUAGE_CHANGED, () => this.requestUpdate());
+  }
+
+  #turnAt = -Infinity;
+
+  #renderInTurn(): void {
+    const now = performance.now();
+    if (outOfSight.has(this) && now - this.#turnAt < UNSEEN_MILLIS) return;
+    this.#turnAt = now;
+    inTurn(this, () => this.requestUpdate());
   }
 
   /** The handler of a button. After a click with the mouse, keys control the robot again, not the

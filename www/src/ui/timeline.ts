@@ -11,6 +11,8 @@ import { valueOf } from "./input.js";
 
 /** A run shorter than this, s, needs no time line. */
 const SHORTEST = 1;
+/** The line grows by this at a time, s, while a run goes on. */
+const GROWTH = 1;
 
 export class SlamTimeline extends SlamElement {
   static override styles = css`
@@ -35,6 +37,9 @@ export class SlamTimeline extends SlamElement {
   #dragged: number | null = null;
   /** What was last shown, s: on the way to another moment the run has no status for a while. */
   #shown = { at: 0, whole: 0 };
+  /** The length of the line, s. While a run goes on, its handle stays at the end: the line grows with
+      it, but not with each scan, because no pixel of it would move. */
+  #line = 0;
 
   override render(): TemplateResult | typeof nothing {
     const { store, client } = this;
@@ -46,11 +51,14 @@ export class SlamTimeline extends SlamElement {
     if (store.source === "bridge" || store.reading || whole < SHORTEST) return nothing;
     const at = this.#dragged ?? seeking ?? status?.time ?? this.#shown.at;
     this.#shown = { at, whole };
-    const place = (time: number): string => `${100 * Math.min(time / whole, 1)}%`;
+    const goesOn = store.playing && at === whole && whole >= this.#line && whole - this.#line < GROWTH;
+    if (!goesOn) this.#line = whole;
+    const line = this.#line;
+    const place = (time: number): string => `${100 * Math.min(time / line, 1)}%`;
     return html`<div class="line" role="group" aria-label="Past" aria-busy=${seeking !== null}>
       <button class="back icon" data-testid="back" aria-label="Back one scan" title="Back one scan (B)" @click=${this.press(() => client.back())}>${icons.back}</button>
       <span class="track">
-        <input type="range" data-testid="timeline" min="0" max=${whole} step="any" .value=${String(at)} aria-label="Moment of the run" aria-valuetext="${clock(at)} of ${clock(whole)}"
+        <input type="range" data-testid="timeline" min="0" max=${line} step="any" .value=${String(Math.min(at, line))} aria-label="Moment of the run" aria-valuetext="${clock(at)} of ${clock(whole)}"
           title="Drag to go back. From there the run goes the same way again, until you do something else"
           @input=${(e: Event) => this.#drag(Number(valueOf(e)))} @change=${(e: Event) => this.#drop(Number(valueOf(e)))}>
         <svg aria-hidden="true">${marks.map((mark) => svg`<rect class=${mark.level} x=${place(mark.time)} y="3" width="3" height="7" rx="1.5"/>`)}</svg>
@@ -67,7 +75,7 @@ export class SlamTimeline extends SlamElement {
 
   #drop(time: number): void {
     this.#dragged = null;
-    this.client.seek(time);
+    this.client.seek(time === this.#line ? this.#shown.whole : time);
   }
 }
 
