@@ -106,7 +106,8 @@ export class SlamEditor extends LitElement implements WorldDesk {
 
   /** Opens the world of a link for editing, unless another link is opened meanwhile. */
   async openLink(hash: string): Promise<void> {
-    this.#say("");
+    // What was said of an earlier link is no longer true.
+    if (this.#links > 0) this.#say("");
     this.#asked = null;
     const link = ++this.#links;
     try {

@@ -14,14 +14,16 @@ import { shared } from "./style.js";
 const UNSEEN_MILLIS = 1000;
 
 const outOfSight = new WeakSet<Element>();
-const sight = new IntersectionObserver((entries) => {
+let sight: IntersectionObserver | null = null;
+
+function look(entries: readonly IntersectionObserverEntry[]): void {
   for (const { target, isIntersecting, boundingClientRect: { width, height } } of entries) {
     // What has no box of its own may have parts that are seen.
     const isSeen = isIntersecting || width * height === 0;
     if (isSeen && outOfSight.delete(target)) (target as SlamElement).requestUpdate();
     if (!isSeen) outOfSight.add(target);
   }
-});
+}
 
 /** A component; it exists as long as the page. */
 export abstract class SlamElement extends LitElement {
@@ -39,7 +41,7 @@ export abstract class SlamElement extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     for (const topic of this.topics) this.store.on(topic, () => (topic === "frame" && this.store.playing ? this.#renderInTurn() : this.requestUpdate()));
-    if (this.topics.includes("frame")) sight.observe(this);
+    if (this.topics.includes("frame")) (sight ??= new IntersectionObserver(look)).observe(this);
     addEventListener(LANGUAGE_CHANGED, () => this.requestUpdate());
   }
 
