@@ -245,7 +245,7 @@ export abstract class SlamCharts extends SlamPlotted {
   }
 }
 
-/** Changes a text only if it differs: to replace it, the same or not, makes the browser lay it out. */
+/** Changes a text only if it differs: the browser lays out what is replaced, even by the same. */
 function write(target: Element, text: string): void {
   if (target.textContent !== text) target.textContent = text;
 }

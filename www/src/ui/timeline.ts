@@ -37,8 +37,8 @@ export class SlamTimeline extends SlamElement {
   #dragged: number | null = null;
   /** What was last shown, s: on the way to another moment the run has no status for a while. */
   #shown = { at: 0, whole: 0 };
-  /** The length of the line, s. While a run goes on, its handle stays at the end: the line grows with
-      it, but not with each scan, because no pixel of it would move. */
+  /** The length of the line, s. While a run goes on, its handle stays at the end: the line grows
+      with it, but not with each scan, because no pixel of it would move. */
   #line = 0;
 
   override render(): TemplateResult | typeof nothing {
